@@ -1,0 +1,1 @@
+"""Meshes to votes: cleaning, views, candidates, selection, questionnaires, aggregation."""

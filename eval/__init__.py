@@ -1,0 +1,1 @@
+"""Drawings against drawings: metrics, baselines, tables, reports."""

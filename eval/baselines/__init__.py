@@ -1,0 +1,1 @@
+"""The methods that drawings are compared with, one file a method."""

@@ -1,0 +1,1 @@
+"""Neural Contours: learned line drawings of 3D shapes."""

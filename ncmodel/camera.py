@@ -1,0 +1,176 @@
+"""Pinhole cameras: where a view is seen from, and how it lands on the picture plane."""
+
+import json
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ncmodel.errors import InputError, UsageError
+from ncmodel.types import Floats
+
+DEFAULT_SIZE = 768
+DEFAULT_AZIMUTH = 30.0
+DEFAULT_ELEVATION = 30.0
+DEFAULT_DISTANCE = 3.0
+FRAME_MARGIN = 0.06
+"""Share of the shorter side left empty on each side when a camera is fitted to an object."""
+
+MAX_SIDE = 16384
+_KEYS = {"eye": 3, "target": 3, "up": 3, "width": 0, "height": 0, "focal_pixels": 0}
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A perspective camera in object space that looks from `eye` to `target`.
+
+    Pixel (u, v) = (W/2 + f x / (-z), H/2 - f y / (-z)) in camera space: row 0 on top, pixel centres at +0.5.
+
+    Attributes:
+        eye: Position.
+        target: Point on the optical axis.
+        up: Direction that points up in the picture; needn't be orthogonal to the line of sight.
+        width: Pixels.
+        height: Pixels.
+        focal_pixels: Focal length f, pixels.
+    """
+
+    eye: tuple[float, float, float]
+    target: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    up: tuple[float, float, float] = (0.0, 1.0, 0.0)
+    width: int = DEFAULT_SIZE
+    height: int = DEFAULT_SIZE
+    focal_pixels: float = 1410.540280392905
+
+    def __post_init__(self) -> None:
+        values = [*self.eye, *self.target, *self.up, self.focal_pixels]
+        if not all(math.isfinite(value) for value in values):
+            raise UsageError(f"camera: all numbers must be finite, found {values}")
+        if not (1 <= self.width <= MAX_SIDE and 1 <= self.height <= MAX_SIDE):
+            raise UsageError(f"camera: size {self.width} x {self.height}, expected sides in 1..{MAX_SIDE} pixels")
+        if self.focal_pixels <= 0:
+            raise UsageError(f"camera: focal_pixels is {self.focal_pixels}, expected a positive number")
+        if self.eye == self.target:
+            raise UsageError(f"camera: eye and target are both {self.eye}, expected two different points")
+
+    @property
+    def rotation(self) -> Floats:
+        """(3, 3) rows are the camera's right, up and backward axes in object space."""
+        backward = np.subtract(self.eye, self.target).astype(np.float64)
+        backward /= np.linalg.norm(backward)
+        right = np.cross(np.asarray(self.up, dtype=np.float64), backward)
+        if np.linalg.norm(right) < 1e-9 * max(1.0, float(np.linalg.norm(self.up))):
+            # `up` along the line of sight leaves the roll open: any axis off it will do.
+            right = np.cross(np.eye(3)[np.argmin(np.abs(backward))], backward)
+        right /= np.linalg.norm(right)
+        return np.stack([right, np.cross(backward, right), backward])
+
+    def project(self, points: Floats) -> Floats:
+        """Project (..., 3) points to (..., 3): u, v in pixels and the distance in front of the camera plane (-z).
+
+        Points at or behind the camera plane have a third value <= 0 and meaningless pixels.
+        """
+        local = (points - np.asarray(self.eye)) @ self.rotation.T
+        distance = -local[..., 2]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            u = self.width / 2 + self.focal_pixels * local[..., 0] / distance
+            v = self.height / 2 - self.focal_pixels * local[..., 1] / distance
+        return np.stack([u, v, distance], axis=-1)
+
+    def resized(self, width: int, height: int) -> "Camera":
+        """The same view at another resolution: scaled so that the shorter side shows the same angle."""
+        scale = min(width, height) / min(self.width, self.height)
+        return Camera(self.eye, self.target, self.up, width, height, self.focal_pixels * scale)
+
+    def turned(self, azimuth: float) -> "Camera":
+        """The same camera swung about the vertical axis through its target by `azimuth` degrees."""
+        angle = math.radians(azimuth)
+        x, y, z = np.subtract(self.eye, self.target)
+        c, s = math.cos(angle), math.sin(angle)
+        swung = np.array([c * x + s * z, y, -s * x + c * z]) + self.target
+        eye = (float(swung[0]), float(swung[1]), float(swung[2]))
+        return Camera(eye, self.target, self.up, self.width, self.height, self.focal_pixels)
+
+    @staticmethod
+    def orbit(
+        vertices: Floats,
+        azimuth: float = DEFAULT_AZIMUTH,
+        elevation: float = DEFAULT_ELEVATION,
+        distance: float = DEFAULT_DISTANCE,
+        size: tuple[int, int] = (DEFAULT_SIZE, DEFAULT_SIZE),
+        target: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    ) -> "Camera":
+        """A camera on a sphere around `target`, zoomed so that `vertices` fill the frame with a margin.
+
+        Args:
+            vertices: (V, 3) what must be in the frame.
+            azimuth: Degrees from +z towards +x.
+            elevation: Degrees above the ground plane.
+            distance: From `target`, object-space units.
+            size: (width, height) pixels.
+            target: The point looked at.
+        """
+        a, e = math.radians(azimuth), math.radians(elevation)
+        direction = (math.cos(e) * math.sin(a), math.sin(e), math.cos(e) * math.cos(a))
+        eye = tuple(t + distance * d for t, d in zip(target, direction, strict=True))
+        up = (0.0, 1.0, 0.0)
+        if abs(elevation) > 89.9:
+            up = (-math.sin(a) * math.copysign(1.0, elevation), 0.0, -math.cos(a) * math.copysign(1.0, elevation))
+        width, height = size
+        unit = Camera((eye[0], eye[1], eye[2]), target, up, width, height, 1.0)
+        projected = unit.project(vertices)
+        seen = projected[projected[:, 2] > 1e-6]
+        if len(seen) == 0:
+            return unit.zoomed(0.8 * min(size))
+        reach_u = max(float(np.abs(seen[:, 0] - width / 2).max()), 1e-9)
+        reach_v = max(float(np.abs(seen[:, 1] - height / 2).max()), 1e-9)
+        inner = 0.5 - FRAME_MARGIN
+        # A degenerate object (a point) must not ask for an unbounded zoom.
+        return unit.zoomed(min(inner * width / reach_u, inner * height / reach_v, 1e6))
+
+    def zoomed(self, focal_pixels: float) -> "Camera":
+        """The same camera with another focal length."""
+        return Camera(self.eye, self.target, self.up, self.width, self.height, focal_pixels)
+
+    def to_json(self) -> str:
+        """The camera as the JSON text of a camera file."""
+        record = {key: getattr(self, key) for key in _KEYS}
+        return json.dumps(record, indent=1)
+
+    @staticmethod
+    def load(path: str | Path) -> "Camera":
+        """Read a camera file.
+
+        Raises:
+            InputError: The file is missing, isn't JSON, or has wrong keys or values.
+        """
+        expected = f"a JSON object with the keys {', '.join(_KEYS)}"
+        try:
+            record = json.loads(Path(path).read_text(encoding="utf-8"))
+        except OSError as error:
+            raise InputError(path, f"can't be read ({error.strerror})", expected) from error
+        except ValueError as error:
+            raise InputError(path, f"not JSON ({error})", expected) from error
+        if not isinstance(record, dict) or set(record) != set(_KEYS):
+            keys = sorted(record) if isinstance(record, dict) else type(record).__name__
+            raise InputError(path, f"found {keys}", expected)
+        for key, length in _KEYS.items():
+            items = record[key] if length else [record[key]]
+            numbers = isinstance(items, list) and all(
+                isinstance(item, int | float) and not isinstance(item, bool) for item in items
+            )
+            if not numbers or (length and len(items) != length):
+                raise InputError(path, f"{key} is {record[key]!r}", f"{length or 'one'} number{'s' if length else ''}")
+        if record["width"] != int(record["width"]) or record["height"] != int(record["height"]):
+            raise InputError(path, f"size {record['width']} x {record['height']}", "whole pixels")
+        vectors = {key: (float(v[0]), float(v[1]), float(v[2])) for key, v in record.items() if _KEYS[key]}
+        try:
+            return Camera(
+                **vectors,
+                width=int(record["width"]),
+                height=int(record["height"]),
+                focal_pixels=float(record["focal_pixels"]),
+            )
+        except UsageError as error:
+            raise InputError(path, str(error), "a usable camera") from error

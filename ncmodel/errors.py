@@ -1,0 +1,43 @@
+"""The errors that this project raises on purpose.
+
+NeuralContoursError          anything a user can mend; its text is one line
+├── UsageError               an option or argument has a value that makes no sense
+├── InputError               a file is missing, unreadable, or not what was expected
+│   └── MeshError            a mesh can't be read, is empty, or can't be repaired
+└── BatchError               some items of a batch failed; all others were written
+
+The library raises them; only the command line formats them. The first three end a command with exit status 2,
+`BatchError` with 1.
+"""
+
+from pathlib import Path
+
+
+class NeuralContoursError(Exception):
+    """Base of every error raised on purpose; `str(error)` is one line that a user can act on."""
+
+
+class UsageError(NeuralContoursError):
+    """An option or argument has a value that makes no sense."""
+
+
+class InputError(NeuralContoursError):
+    """A file is missing, unreadable, or not what was expected.
+
+    Args:
+        path: The file, as the user named it.
+        found: What was found in it.
+        expected: What was expected instead.
+    """
+
+    def __init__(self, path: str | Path, found: str, expected: str) -> None:
+        super().__init__(f"{path}: {' '.join(found.split())}; expected {' '.join(expected.split())}")
+        self.path, self.found, self.expected = str(path), found, expected
+
+
+class MeshError(InputError):
+    """A mesh can't be read, is empty, or can't be repaired."""
+
+
+class BatchError(NeuralContoursError):
+    """Some items of a batch failed; all others were written."""

@@ -1,0 +1,1 @@
+"""Lines of a mesh: curvature, zero sets, visibility, buffers."""

@@ -1,0 +1,1 @@
+"""The networks: image translation branch, neural ranking module, losses, checkpoints."""
