@@ -1,0 +1,84 @@
+"""What the commands share: JSON output, progress on stderr, parsing of lists and sizes."""
+
+import json
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, Protocol
+
+from ncmodel.errors import UsageError
+from ncmodel.types import LineFamily
+
+LOG_INTERVAL_SECONDS = 10.0
+"""How often progress is written when stderr is a file and not a terminal."""
+
+
+class Advance(Protocol):
+    """Called after each finished item; `note` says what it was."""
+
+    def __call__(self, note: str = "") -> None: ...
+
+
+def emit(record: Any, as_json: bool, text: str = "") -> None:
+    """Print the result of a command: one JSON object with `--json`, else a text for people."""
+    if as_json:
+        sys.stdout.write(json.dumps(record, indent=1, allow_nan=False) + "\n")
+    elif text:
+        sys.stdout.write(text + "\n")
+
+
+@contextmanager
+def progress(title: str, total: int) -> Iterator[Advance]:
+    """Progress with rate and time left on stderr: a live bar on a terminal, plain lines in a log."""
+    if sys.stderr.isatty():
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+        with Progress(*columns, TextColumn("{task.fields[note]}"), console=Console(stderr=True)) as bar:
+            task = bar.add_task(title, total=total, note="")
+            yield lambda note="": bar.update(task, advance=1, note=note)
+        return
+    begin = last = time.monotonic()
+    done = 0
+
+    def advance(note: str = "") -> None:
+        nonlocal done, last
+        done += 1
+        now = time.monotonic()
+        if done < total and now - last < LOG_INTERVAL_SECONDS:
+            return
+        last = now
+        rate = done / max(now - begin, 1e-9)
+        left = f"{(total - done) / rate:.0f} s left" if done < total else f"{now - begin:.1f} s"
+        sys.stderr.write(f"{title}: {done}/{total}, {rate:.2f}/s, {left}{'  ' + note if note else ''}\n")
+        sys.stderr.flush()
+
+    yield advance
+
+
+def parse_families(text: str) -> tuple[LineFamily, ...]:
+    """Families from a comma-separated list of names.
+
+    Raises:
+        UsageError: A name is unknown.
+    """
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    known = {family.value for family in LineFamily}
+    for name in names:
+        if name not in known:
+            raise UsageError(f"--lines: unknown family {name!r}, expected some of {','.join(LineFamily)}")
+    return tuple(dict.fromkeys(LineFamily(name) for name in names))
+
+
+def parse_size(text: str) -> tuple[int, int]:
+    """(width, height) from "N" or "WxH".
+
+    Raises:
+        UsageError: Not one or two whole numbers.
+    """
+    parts = text.lower().split("x")
+    if len(parts) not in (1, 2) or not all(part.strip().isdigit() for part in parts):
+        raise UsageError(f"--size: found {text!r}, expected N or WxH in pixels")
+    return int(parts[0]), int(parts[-1])

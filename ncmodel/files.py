@@ -1,0 +1,44 @@
+"""Files that are there whole or not at all."""
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+
+@contextmanager
+def atomic(path: str | Path) -> Iterator[Path]:
+    """A path aside to write to, renamed to `path` when the block ends well and removed when it doesn't.
+
+    The name aside keeps the suffix, so that writers which go by the suffix work.
+
+    Raises:
+        OSError: The folder can't be written.
+    """
+    target = Path(path)
+    handle, name = tempfile.mkstemp(prefix=".tmp-", suffix=target.suffix, dir=target.parent or ".")
+    os.close(handle)
+    aside = Path(name)
+    try:
+        yield aside
+        # mkstemp's files are private; the finished one gets the usual permissions.
+        umask = os.umask(0)
+        os.umask(umask)
+        aside.chmod(0o666 & ~umask)
+        os.replace(aside, target)
+    except BaseException:
+        aside.unlink(missing_ok=True)
+        raise
+
+
+def write_text(path: str | Path, text: str) -> None:
+    """Write UTF-8 text atomically, with "\\n" line ends."""
+    with atomic(path) as aside:
+        aside.write_text(text, encoding="utf-8", newline="\n")
+
+
+def write_bytes(path: str | Path, data: bytes) -> None:
+    """Write bytes atomically."""
+    with atomic(path) as aside:
+        aside.write_bytes(data)

@@ -1,0 +1,25 @@
+"""Fixtures that several test modules use."""
+
+from pathlib import Path
+
+import pytest
+
+SHARED = Path(__file__).resolve().parents[2] / "shared"
+
+
+@pytest.fixture(scope="session")
+def shared() -> Path:
+    """The folder of reference numbers and real meshes beside the project; tests that need it skip without it."""
+    if not (SHARED / "reference").is_dir():
+        pytest.skip("the folder of reference material is not beside the project")
+    return SHARED
+
+
+@pytest.fixture(scope="session")
+def bundled() -> Path:
+    """The folder of sample meshes inside the installed pymeshlab."""
+    import pymeshlab
+
+    folder = Path(pymeshlab.__file__).parent / "tests" / "sample_meshes"
+    assert folder.is_dir(), f"pymeshlab bundles its sample meshes at {folder}"
+    return folder
