@@ -33,7 +33,7 @@ def atomic(path: str | Path) -> Iterator[Path]:
 
 
 def write_text(path: str | Path, text: str) -> None:
-    """Write UTF-8 text atomically, with "\\n" line ends."""
+    """Write UTF-8 text atomically, with line feeds as line ends."""
     with atomic(path) as aside:
         aside.write_text(text, encoding="utf-8", newline="\n")
 

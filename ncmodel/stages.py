@@ -1,7 +1,7 @@
 """Lazy stages: what a request doesn't touch is never computed, and what is computed is timed once.
 
-A class with a `trace` attribute marks its expensive quantities with `@stage`; each is then a cached property that records
-its own seconds (those of the stages it calls excluded) in the trace.
+A class with a `trace` attribute marks its expensive quantities with `@stage`; each is then a cached property that
+records its own seconds (those of the stages it calls excluded) in the trace.
 """
 
 import time
@@ -31,7 +31,7 @@ def timed(trace: Trace, name: str) -> Iterator[None]:
         trace.record(name, elapsed - inner)
 
 
-class stage(Generic[T]):  # noqa: N801 - used as a decorator, like property
+class stage(Generic[T]):
     """A cached property that records its time in the instance's `trace`."""
 
     def __init__(self, function: Callable[[Any], T]) -> None:

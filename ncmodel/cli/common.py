@@ -17,7 +17,8 @@ LOG_INTERVAL_SECONDS = 10.0
 class Advance(Protocol):
     """Called after each finished item; `note` says what it was."""
 
-    def __call__(self, note: str = "") -> None: ...
+    def __call__(self, note: str = "") -> None:
+        """Count one item."""
 
 
 def emit(record: Any, as_json: bool, text: str = "") -> None:

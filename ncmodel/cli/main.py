@@ -1,4 +1,4 @@
-"""The `ncontours` command: one Typer application, a thin file a group, errors turned into one line and an exit status."""
+"""The `ncontours` command: one Typer application, a thin file a group, errors as one line and an exit status."""
 
 import os
 import sys
