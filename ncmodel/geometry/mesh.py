@@ -1,0 +1,180 @@
+"""Mesh files and arrays -> `Mesh` in object space.
+
+Vertex and face order are those of the file; nothing is repaired. Formats that can't share a vertex between faces or
+between attributes (STL, glTF) are welded at exactly equal positions, because a surface in loose triangles has no lines.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ncmodel.errors import MeshError, UsageError
+from ncmodel.types import Floats, Ints, Mesh
+
+SUFFIXES = (".obj", ".ply", ".stl", ".off", ".gltf", ".glb")
+"""The file formats read."""
+
+_WELDED_SUFFIXES = (".stl", ".gltf", ".glb")
+_ALREADY_NORMALISED = 1e-6
+"""Relative: a mesh this close to normalised is left as it is, so that numbers survive a round trip in float32."""
+
+_Geometry = tuple[Floats, Ints]
+
+
+def load_mesh(path: str | Path, up: str = "y") -> Mesh:
+    """Read a mesh file and normalise it.
+
+    Scenes become one mesh, with their transforms applied; polygons become triangles.
+
+    Args:
+        path: One of `SUFFIXES`.
+        up: The file's upward axis, "y" or "z".
+
+    Raises:
+        MeshError: The file is missing, unreadable, not a mesh, empty, or has coordinates that aren't numbers.
+        UsageError: `up` is something else.
+    """
+    turn = _UP.get(up)
+    if turn is None:
+        raise UsageError(f"--up: found {up!r}, expected y or z")
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise MeshError(path, f"the suffix is {suffix!r}", f"a mesh file ({' '.join(SUFFIXES)})")
+    if not Path(path).is_file():
+        raise MeshError(path, "no such file", "a mesh file")
+    vertices, faces = _read(Path(path))
+    notes = []
+    if len(faces) == 0:
+        raise MeshError(path, f"{len(vertices)} vertices and no faces", "a mesh with faces")
+    if suffix in _WELDED_SUFFIXES:
+        before = len(vertices)
+        vertices, faces = weld(vertices, faces)
+        notes.append(f"welded {before} vertices to {len(vertices)} at exactly equal positions")
+    return make_mesh(turn(vertices), faces, Path(path).stem, tuple(notes), source=path)
+
+
+def make_mesh(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    name: str = "mesh",
+    notes: tuple[str, ...] = (),
+    source: str | Path | None = None,
+) -> Mesh:
+    """A normalised mesh from arrays.
+
+    Args:
+        vertices: (V, 3).
+        faces: (F, 3) vertex indices.
+        name: The shape's name.
+        notes: What was done to it so far.
+        source: The file to name in error messages; the shape's name by default.
+
+    Raises:
+        MeshError: There are no faces, an index is out of range, a coordinate isn't finite, or the mesh is one point.
+    """
+    points = np.ascontiguousarray(vertices, dtype=np.float64)
+    triangles = np.ascontiguousarray(faces, dtype=np.int64)
+    label = source if source is not None else name
+    if points.ndim != 2 or points.shape[1] != 3 or triangles.ndim != 2 or triangles.shape[1] != 3:
+        found = f"vertices of shape {points.shape} and faces of shape {triangles.shape}"
+        raise MeshError(label, found, "shapes (V, 3) and (F, 3), at least one face")
+    if len(triangles) == 0:
+        raise MeshError(label, f"{len(points)} vertices and no faces", "a mesh with faces")
+    if triangles.min() < 0 or triangles.max() >= len(points):
+        found = f"faces use vertices {triangles.min()}..{triangles.max()}"
+        raise MeshError(label, found, f"indices in 0..{len(points) - 1}")
+    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if len(bad):
+        found = f"vertex {bad[0]} is {points[bad[0]].tolist()} ({len(bad)} such vertices)"
+        raise MeshError(label, found, "finite coordinates")
+    used = np.zeros(len(points), dtype=bool)
+    used[triangles] = True
+    if bool((points[used] == points[triangles[0, 0]]).all()):
+        raise MeshError(
+            label, f"all faces lie at one point, {points[triangles[0, 0]].tolist()}", "a shape of some size"
+        )
+    placed = normalise(points, None if used.all() else points[used])
+    if not np.isfinite(placed).all():
+        raise MeshError(label, "unreferenced vertices infinitely far from the faces", "a shape of some size")
+    return Mesh(placed, triangles, name, notes)
+
+
+def normalise(vertices: Floats, extent_of: Floats | None = None) -> Floats:
+    """Move the bounding box's centre to the origin and scale its longest side to 1.
+
+    Args:
+        vertices: (V, 3) finite, not all equal.
+        extent_of: (n, 3) the points whose box counts; `vertices` by default.
+
+    Returns:
+        (V, 3); `vertices` themselves where they are normalised already.
+    """
+    box = vertices if extent_of is None else extent_of
+    low, high = box.min(axis=0), box.max(axis=0)
+    # Halves, because the sum and the difference of two huge numbers overflow.
+    centre, half = low / 2 + high / 2, float((high / 2 - low / 2).max())
+    if np.abs(centre).max() <= _ALREADY_NORMALISED and abs(half - 0.5) <= _ALREADY_NORMALISED:
+        return vertices
+    # Dividing before doubling keeps denormal sizes from vanishing.
+    return np.asarray((vertices - centre) / half / 2)
+
+
+def weld(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
+    """Merge vertices at exactly equal positions; the first of each group stays, in the old order."""
+    order = np.lexsort(vertices.T)
+    ordered = vertices[order]
+    opens = np.ones(len(order), dtype=bool)
+    opens[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    group = np.cumsum(opens) - 1
+    first = np.minimum.reduceat(order, np.flatnonzero(opens))
+    rank = np.empty(len(first), dtype=np.int64)
+    kept = np.argsort(first)
+    rank[kept] = np.arange(len(first))
+    renumbered = np.empty(len(order), dtype=np.int64)
+    renumbered[order] = rank[group]
+    return vertices[first[kept]], renumbered[faces]
+
+
+def _y_up(vertices: Floats) -> Floats:
+    return vertices
+
+
+def _z_up(vertices: Floats) -> Floats:
+    x, y, z = vertices.T
+    return np.stack([x, z, -y], axis=1)
+
+
+_UP: dict[str, Callable[[Floats], Floats]] = {"y": _y_up, "z": _z_up}
+
+
+def _read(path: Path) -> _Geometry:
+    import trimesh
+
+    try:
+        scene = trimesh.load_scene(path, process=False, maintain_order=True, skip_materials=True, group_material=False)
+    except Exception as error:  # trimesh's parsers raise whatever a broken file makes them stumble over
+        raise MeshError(path, f"not readable as {path.suffix} ({error})", "a mesh file") from error
+    return _joined([_placed(scene, node) for node in scene.graph.nodes_geometry])
+
+
+def _placed(scene: Any, node: str) -> _Geometry:
+    transform, geometry_name = scene.graph[node]
+    geometry = scene.geometry[geometry_name]
+    vertices = np.asarray(getattr(geometry, "vertices", np.zeros((0, 3))), dtype=np.float64)
+    faces = np.asarray(getattr(geometry, "faces", np.zeros((0, 3))), dtype=np.int64)
+    if not np.array_equal(transform, np.eye(4)):
+        vertices = vertices @ transform[:3, :3].T + transform[:3, 3]
+        if np.linalg.det(transform[:3, :3]) < 0:
+            faces = faces[:, ::-1]
+    return vertices, faces
+
+
+def _joined(parts: list[_Geometry]) -> _Geometry:
+    if not parts:
+        return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
+    offsets = np.cumsum([0] + [len(vertices) for vertices, _ in parts[:-1]])
+    faces = [part[1] + offset for part, offset in zip(parts, offsets, strict=True)]
+    return np.concatenate([vertices for vertices, _ in parts]), np.concatenate(faces)
