@@ -20,6 +20,13 @@ app = typer.Typer(
 draw.register(app)
 
 
+def run(argv: Sequence[str] | None = None) -> int:
+    """Run one command and let its errors pass; `main` turns them into a line and a status."""
+    status = app(args=None if argv is None else list(argv), prog_name="ncontours", standalone_mode=False)
+    sys.stdout.flush()
+    return status if isinstance(status, int) else 0
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command.
 
@@ -30,9 +37,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         Exit status: 0 done, 1 some items of a batch failed, 2 bad usage or bad input.
     """
     try:
-        status = app(args=None if argv is None else list(argv), prog_name="ncontours", standalone_mode=False)
-        sys.stdout.flush()
-        return status if isinstance(status, int) else 0
+        return run(argv)
     except BatchError as error:
         return _complain(error, 1)
     except NeuralContoursError as error:

@@ -1,0 +1,168 @@
+"""A road of stages: each in a process of its own, measured, recorded, and not run again once its outputs are there."""
+
+import json
+import multiprocessing
+import os
+import resource
+import sys
+import time
+import traceback
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from ncmodel.errors import BatchError, InputError, NeuralContoursError
+from ncmodel.files import write_text
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One step of the road.
+
+    Attributes:
+        name: Its key in the record.
+        title: What it does, for people.
+        run: A module-level function; runs in a process of its own.
+        arguments: What it is called with; part of the stage's identity.
+        outputs: The files or folders that are there when it is done.
+        command: The public command that does the same, if there is one.
+    """
+
+    name: str
+    title: str
+    run: Callable[..., None]
+    arguments: tuple[Any, ...]
+    outputs: tuple[Path, ...]
+    command: str = ""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a stage took.
+
+    Attributes:
+        seconds: Wall clock, the start of its process included.
+        peak_bytes: Resident memory of the largest of its processes.
+        note: What it had to say besides: items that failed, for one.
+    """
+
+    seconds: float
+    peak_bytes: int
+    note: str = ""
+
+
+def command_stage(name: str, title: str, argv: Sequence[str], outputs: tuple[Path, ...]) -> Stage:
+    """A stage that is one of the public commands."""
+    return Stage(name, title, run_command, (tuple(argv),), outputs, "ncontours " + " ".join(argv))
+
+
+def run_command(argv: tuple[str, ...]) -> None:
+    """Run a public command; what it prints goes to stderr, where progress goes.
+
+    Raises:
+        NeuralContoursError: The command complained.
+    """
+    from ncmodel.cli.main import run
+
+    status = run(list(argv))
+    if status:
+        failure = BatchError if status == 1 else NeuralContoursError
+        raise failure(f"{argv[0]} ended with status {status}")
+
+
+def run_stages(stages: Sequence[Stage], folder: Path) -> dict[str, Measured]:
+    """Run the stages that aren't done yet, in order.
+
+    A stage is done when it is recorded in `folder`/stages.json with the same arguments and its outputs are there. Once
+    one has to run, all after it run again (they may resume from what they find).
+
+    Returns:
+        What every stage took, when it ran.
+
+    Raises:
+        NeuralContoursError: A stage complained; those before it are recorded.
+    """
+    record_path = folder / "stages.json"
+    record = _read_record(record_path)
+    measured: dict[str, Measured] = {}
+    stale = False
+    for number, stage in enumerate(stages, start=1):
+        known = record.get(stage.name)
+        identity = json.dumps([str(argument) for argument in stage.arguments])
+        if not stale and known and known["identity"] == identity and all(path.exists() for path in stage.outputs):
+            measured[stage.name] = Measured(**known["measured"])
+            _say(f"[{number}/{len(stages)}] {stage.title}: done before")
+            continue
+        stale = True
+        _say(f"[{number}/{len(stages)}] {stage.title}{': ' + stage.command if stage.command else ''}")
+        measured[stage.name] = measure(stage.run, *stage.arguments)
+        _say(f"    {measured[stage.name].seconds:.1f} s {measured[stage.name].note}".rstrip())
+        record[stage.name] = {"identity": identity, "measured": asdict(measured[stage.name])}
+        write_text(record_path, json.dumps(record, indent=1) + "\n")
+    return measured
+
+
+def measure(function: Callable[..., None], *arguments: Any) -> Measured:
+    """Call a module-level function in a fresh process and measure it.
+
+    Raises:
+        NeuralContoursError: It was raised in there, or the process died.
+    """
+    context = multiprocessing.get_context("spawn")
+    receiver, sender = context.Pipe(duplex=False)
+    begin = time.perf_counter()
+    process = context.Process(target=_in_child, args=(sender, function, arguments))
+    process.start()
+    sender.close()
+    try:
+        error, note, peak = receiver.recv()
+    except EOFError:
+        process.join()
+        name = function.__name__
+        raise NeuralContoursError(f"{name} ended with status {process.exitcode} before it was done") from None
+    except BaseException:
+        process.terminate()
+        raise
+    process.join()
+    if error is not None:
+        raise error
+    return Measured(time.perf_counter() - begin, peak, note)
+
+
+def _in_child(sender: Connection, function: Callable[..., None], arguments: tuple[Any, ...]) -> None:
+    # Another stage's output may be a JSON object on our stdout; what stages print is progress.
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+    error, note = None, ""
+    try:
+        function(*arguments)
+    except BatchError as failed:
+        note = str(failed)
+    except NeuralContoursError as complaint:
+        # Rebuilt, since errors with several arguments don't travel between processes.
+        error = NeuralContoursError(str(complaint))
+    except Exception as unexpected:
+        traceback.print_exc()
+        error = NeuralContoursError(f"{function.__name__}: {unexpected!r}")
+    own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    children = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+    sender.send((error, note, max(own, children) * 1024))
+
+
+def _read_record(path: Path) -> dict[str, Any]:
+    if not path.exists():
+        return {}
+    expected = "the record that an earlier run wrote"
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise InputError(path, f"not JSON ({error})", expected) from error
+    if not isinstance(record, dict):
+        raise InputError(path, f"a {type(record).__name__}", expected)
+    return record
+
+
+def _say(line: str) -> None:
+    sys.stderr.write(line + "\n")
+    sys.stderr.flush()
