@@ -4,8 +4,8 @@ import os
 import sys
 from collections.abc import Sequence
 
-import click
 import typer
+from typer.exceptions import TyperException
 
 from ncmodel.cli import draw
 from ncmodel.errors import BatchError, NeuralContoursError
@@ -42,12 +42,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _complain(error, 1)
     except NeuralContoursError as error:
         return _complain(error, 2)
-    except click.exceptions.NoArgsIsHelpError as error:
-        sys.stderr.write(f"{error.format_message()}\n")
-        return 2
-    except click.ClickException as error:
-        return _complain(error.format_message(), 2)
-    except (click.exceptions.Abort, KeyboardInterrupt):
+    except TyperException as error:
+        # Without arguments the help has been printed already, and the message is empty.
+        message = error.format_message()
+        return _complain(f"{message} Try --help." if message else "expected a command", 2)
+    except (typer.Abort, KeyboardInterrupt):
         return _complain("interrupted", 130)
     except BrokenPipeError:
         # The reader of our output went away (`| head`): nothing is wrong, and nothing more can be said.
