@@ -88,7 +88,7 @@ def _inverse_fade(feature: Floats, limit: float) -> Floats:
 
 
 def _fade_suggestive(lines: LineSet, limit: float) -> tuple[LineSet, Floats]:
-    """rtsc's suggestive contours where num/den >= limit: excess/(excess + fade den), of which 0/0 reads as 1."""
+    """Suggestive contours where num/den >= limit, with opacity excess/(excess + fade den), of which 0/0 reads as 1."""
     # Along a segment den keeps its sign and num is linear, so the part above the limit is one piece.
     sign = np.where(lines.denominator.sum(axis=1, keepdims=True) >= 0, 1.0, -1.0)
     lines = _cut(lines, sign * (lines.feature - limit * lines.denominator))

@@ -1,8 +1,8 @@
-"""Anti-aliased thick lines: every pixel gets the share of it that the strongest line covers, times that line's opacity.
+"""Anti-aliased thick lines: every pixel gets the share of it that the strongest line covers, times its opacity.
 
-A segment is drawn as a capsule (a stroke with round caps). The share of a pixel that it covers is the exact area between
-the stroke's two sides on the unit square; around the caps a side is taken as the circle's tangent, which is right to a
-few hundredths for lines of a pixel and more. Lines are composited by maximum, so the order of drawing never matters.
+A segment is drawn as a capsule (a stroke with round caps). The share of a pixel that it covers is the exact area
+between the stroke's two sides on the unit square; around a cap a side is taken as the circle's tangent, which is right
+to a few hundredths for lines of two pixels and more. Lines are composited by maximum, so their order never matters.
 """
 
 import math
