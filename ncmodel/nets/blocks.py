@@ -1,0 +1,93 @@
+"""Layers that both networks are made of.
+
+Letters in shapes: B batch, C channels, H rows, W columns.
+"""
+
+import torch
+from torch import Tensor, nn
+
+
+class Standardise(nn.Module):
+    """Brings each input channel to background 0 and a root mean square of about 1.
+
+    Zero is what convolutions pad with, so a picture's surroundings look like more background. The scales are buffers:
+    they are measured on the training views and travel with the weights.
+
+    Attributes:
+        background: (C,) value of each channel where nothing is seen.
+        scale: (C,) divisor.
+    """
+
+    background: Tensor
+    scale: Tensor
+
+    def __init__(self, background: list[float]) -> None:
+        super().__init__()
+        self.register_buffer("background", torch.tensor(background))
+        self.register_buffer("scale", torch.ones(len(background)))
+
+    def fit(self, scale: Tensor) -> None:
+        """Set the scales from root mean squares (C,) of value - background; channels that are all background keep 1."""
+        self.scale.copy_(torch.where(scale > 1e-6, scale, torch.ones_like(scale)))
+
+    def forward(self, image: Tensor) -> Tensor:
+        """(B, C, H, W) -> (B, C, H, W)."""
+        return (image - self.background[:, None, None]) / self.scale[:, None, None]
+
+
+def conv_norm(inputs: int, outputs: int, kernel: int, stride: int = 1) -> nn.Sequential:
+    """Convolution, then batch norm (which makes the convolution's bias superfluous).
+
+    (B, inputs, H, W) -> (B, outputs, ceil(H / stride), ceil(W / stride)).
+    """
+    convolution = nn.Conv2d(inputs, outputs, kernel, stride, padding=kernel // 2, bias=False)
+    return nn.Sequential(convolution, nn.BatchNorm2d(outputs))
+
+
+class ResidualBlock(nn.Module):
+    """Two 3x3 convolutions with batch norm beside a shortcut; ReLU between them and after the sum (He et al. 2016).
+
+    The shortcut is a 1x1 convolution with batch norm where the shape changes, else the identity. A strided 1x1
+    convolution sees only every other pixel; taking those first is the same, and steers clear of oneDNN's strided 1x1
+    kernel, whose gradient writes outside its buffers for narrow channels-last inputs (8 channels of 48 x 48 in
+    torch 2.13).
+
+    (B, inputs, H, W) -> (B, outputs, ceil(H / stride), ceil(W / stride)).
+    """
+
+    def __init__(self, inputs: int, outputs: int, stride: int = 1) -> None:
+        super().__init__()
+        self.stride = stride
+        self.first = conv_norm(inputs, outputs, 3, stride)
+        self.second = conv_norm(outputs, outputs, 3)
+        same = inputs == outputs and stride == 1
+        self.shortcut = nn.Identity() if same else conv_norm(inputs, outputs, 1)
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Apply the block."""
+        beside = self.shortcut(x[:, :, :: self.stride, :: self.stride])
+        return torch.relu(self.second(torch.relu(self.first(x))) + beside)
+
+
+def initialise(network: nn.Module, generator: torch.Generator) -> None:
+    """Draw all weights anew: He et al. 2015 for convolutions, the usual ones for the rest.
+
+    The last batch norm of every residual block starts at 0, so that a deep stack starts as the identity (Goyal et al.
+    2017); with the few steps of a small training set that is what lets 19 blocks train at all.
+    """
+    for module in network.modules():
+        if isinstance(module, nn.Conv2d | nn.ConvTranspose2d):
+            nn.init.kaiming_normal_(module.weight, mode="fan_in", nonlinearity="relu", generator=generator)
+            if module.bias is not None:
+                nn.init.zeros_(module.bias)
+        elif isinstance(module, nn.BatchNorm2d):
+            nn.init.ones_(module.weight)
+            nn.init.zeros_(module.bias)
+        elif isinstance(module, nn.Linear):
+            nn.init.normal_(module.weight, std=module.in_features**-0.5, generator=generator)
+            nn.init.zeros_(module.bias)
+    for block in network.modules():
+        if isinstance(block, ResidualBlock):
+            norm = block.second[1]
+            assert isinstance(norm, nn.BatchNorm2d)
+            nn.init.zeros_(norm.weight)

@@ -1,0 +1,47 @@
+"""The paper's training losses (section 5)."""
+
+import torch
+from torch import Tensor
+from torch.nn import functional
+
+MARGIN = 1.0
+"""m of the ranking loss."""
+
+
+def ranking_loss(better: Tensor, worse: Tensor, margin: float = MARGIN) -> Tensor:
+    """Hinge ranking loss L_R: the mean over pairs of max(m - f(better) + f(worse), 0).
+
+    The paper sums; the mean differs by a constant factor, which Adam ignores, and doesn't depend on the batch size.
+
+    Args:
+        better: (P,) scores of the preferred drawings.
+        worse: (P,) scores of the others.
+        margin: By how much the better one should win.
+
+    Raises:
+        ValueError: The shapes differ.
+    """
+    if better.shape != worse.shape:
+        raise ValueError(f"scores have shapes {tuple(better.shape)} and {tuple(worse.shape)}, expected equal ones")
+    return torch.relu(margin - better + worse).sum() / max(better.numel(), 1)
+
+
+def pair_accuracy(better: Tensor, worse: Tensor) -> float:
+    """Share of pairs ordered as voted; a tie counts half, so that a constant score is at chance. NaN without pairs."""
+    if better.numel() == 0:
+        return float("nan")
+    return float((better > worse).double().mean() + 0.5 * (better == worse).double().mean())
+
+
+def cross_entropy(logits: Tensor, target: Tensor) -> Tensor:
+    """Cross-entropy L_ce between a predicted line probability and a drawing's ink, the mean over pixels.
+
+    Every pixel weighs the same, as in the paper: the prediction is then a probability, which is what ridge detection
+    expects. Taken from log-odds, so that it stays finite, with finite gradients, where the probability rounds to 0
+    or 1.
+
+    Args:
+        logits: (B, 1, H, W) log-odds of a line.
+        target: (B, 1, H, W) ink in [0, 1].
+    """
+    return functional.binary_cross_entropy_with_logits(logits, target)

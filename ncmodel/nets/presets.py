@@ -1,0 +1,150 @@
+"""Every number of the networks' architecture and training, in one place.
+
+`paper` is the paper's layer tables and rates. `small` and `tiny` are the same architecture, narrower and on smaller
+pictures, for machines without a GPU; they train at higher rates, because a narrow network with few steps needs and
+stands them.
+"""
+
+from dataclasses import asdict, dataclass
+from typing import Any, Self
+
+from ncmodel.errors import UsageError
+
+MAP_CHANNELS = 7
+"""Depth and six shaded maps, in that order."""
+
+BACKGROUND = 1.0
+"""What depth and shaded maps are where no surface is seen. Drawings are 0 there."""
+
+
+@dataclass(frozen=True)
+class TranslationDims:
+    """Architecture of the image translation branch.
+
+    Attributes:
+        size: Side of the square input and output, pixels; a multiple of 2^levels.
+        width: Channels after the first convolution; every stride-2 convolution doubles them.
+        levels: Number of stride-2 convolutions down, and of stride-1/2 convolutions up.
+        blocks: Residual blocks in between.
+    """
+
+    size: int = 768
+    width: int = 64
+    levels: int = 4
+    blocks: int = 9
+
+    def __post_init__(self) -> None:
+        if min(self.size, self.width, self.levels) < 1 or self.blocks < 0 or self.size % 2**self.levels:
+            raise ValueError(f"{self}: expected positive numbers and a size divisible by {2**self.levels}")
+
+
+@dataclass(frozen=True)
+class RankingDims:
+    """Architecture of the neural ranking module.
+
+    Attributes:
+        size: Side of the square input, pixels.
+        width: Channels of the first convolution and the first stage; every later stage doubles them.
+        blocks: Residual blocks of each stage: ResNet-34's four and the one more that the paper adds.
+    """
+
+    size: int = 768
+    width: int = 64
+    blocks: tuple[int, ...] = (3, 4, 6, 3, 3)
+
+    def __post_init__(self) -> None:
+        if self.size < 1 or self.width < 1 or not self.blocks or min(self.blocks) < 1:
+            raise ValueError(f"{self}: expected positive numbers")
+
+
+@dataclass(frozen=True)
+class Rates:
+    """How one training stage runs.
+
+    Attributes:
+        learning_rate: Adam's.
+        batch: Ranking pairs (ranker, finetune) or views (translator) a step.
+        epochs: Passes over the training pairs when the command gives no other number.
+    """
+
+    learning_rate: float
+    batch: int
+    epochs: int
+
+
+@dataclass(frozen=True)
+class Preset:
+    """A named pair of networks and how they are trained.
+
+    Attributes:
+        shift: Training views are shifted by up to this share of their side; cameras leave 0.06 empty.
+    """
+
+    name: str
+    translation: TranslationDims
+    ranking: RankingDims
+    ranker: Rates
+    translator: Rates
+    finetune: Rates
+    shift: float = 0.04
+
+    def to_record(self) -> dict[str, Any]:
+        """The preset as JSON-ready values, for checkpoint headers."""
+        return asdict(self)
+
+    @classmethod
+    def from_record(cls, record: dict[str, Any]) -> Self:
+        """The inverse of `to_record`.
+
+        Raises:
+            KeyError, TypeError, ValueError: A key is missing or unknown, or a value makes no sense.
+        """
+        parts: dict[str, Any] = dict(record)
+        ranking = parts.pop("ranking")
+        parts["ranking"] = RankingDims(**{**ranking, "blocks": tuple(ranking["blocks"])})
+        parts["translation"] = TranslationDims(**parts.pop("translation"))
+        for stage in ("ranker", "translator", "finetune"):
+            parts[stage] = Rates(**parts.pop(stage))
+        return cls(**parts)
+
+
+PRESETS = {
+    preset.name: preset
+    for preset in (
+        Preset(
+            "paper",
+            TranslationDims(),
+            RankingDims(),
+            ranker=Rates(2e-5, batch=32, epochs=20),
+            translator=Rates(2e-4, batch=2, epochs=20),
+            finetune=Rates(2e-5, batch=32, epochs=2),
+        ),
+        Preset(
+            "small",
+            TranslationDims(size=384, width=16),
+            RankingDims(size=256, width=16),
+            ranker=Rates(5e-4, batch=32, epochs=20),
+            translator=Rates(1e-3, batch=2, epochs=12),
+            finetune=Rates(1e-4, batch=32, epochs=2),
+        ),
+        Preset(
+            "tiny",
+            TranslationDims(size=256, width=8),
+            RankingDims(size=128, width=8),
+            ranker=Rates(1e-3, batch=32, epochs=20),
+            translator=Rates(2e-3, batch=2, epochs=6),
+            finetune=Rates(1e-4, batch=32, epochs=1),
+        ),
+    )
+}
+
+
+def preset_named(name: str) -> Preset:
+    """A preset by name.
+
+    Raises:
+        UsageError: There is none of that name.
+    """
+    if name not in PRESETS:
+        raise UsageError(f"--preset: found {name!r}, expected one of {', '.join(PRESETS)}")
+    return PRESETS[name]

@@ -1,0 +1,63 @@
+"""The neural ranking module: how plausible a drawing is for a view (section 3.3, appendix 3). Higher is better."""
+
+import torch
+from torch import Tensor, nn
+
+from ncmodel.nets.blocks import ResidualBlock, Standardise
+from ncmodel.nets.presets import BACKGROUND, MAP_CHANNELS, RankingDims
+
+
+class RankingModule(nn.Module):
+    """ResNet-34 with one more stage, eight input channels and one output (table 6), at the width of `dims`.
+
+    The first convolution is linear, so its share that comes from the maps is the same for all drawings of one view. Who
+    scores many drawings of a view computes it once (`embed`) and then calls `score`; `forward` does both.
+
+    Attributes:
+        stem: The 7x7 convolution over drawing and maps (in this order), batch norm after it in `stem_norm`.
+        stages: The five groups of residual blocks.
+    """
+
+    def __init__(self, dims: RankingDims) -> None:
+        super().__init__()
+        self.dims = dims
+        self.standardise_drawing = Standardise([0.0])
+        self.standardise_maps = Standardise([BACKGROUND] * MAP_CHANNELS)
+        self.stem = nn.Conv2d(1 + MAP_CHANNELS, dims.width, 7, stride=2, padding=3, bias=False)
+        self.stem_norm = nn.BatchNorm2d(dims.width)
+        self.pool = nn.MaxPool2d(3, stride=2, padding=1)
+        stages, inputs = [], dims.width
+        for index, count in enumerate(dims.blocks):
+            outputs = dims.width * 2**index
+            first = ResidualBlock(inputs, outputs, stride=1 if index == 0 else 2)
+            stages.append(nn.Sequential(first, *(ResidualBlock(outputs, outputs) for _ in range(count - 1))))
+            inputs = outputs
+        self.stages = nn.ModuleList(stages)
+        self.head = nn.Linear(inputs, 1)
+
+    def embed(self, maps: Tensor) -> Tensor:
+        """The stem's share that comes from the maps: (B, 7, H, W) -> (B, width, H/2, W/2)."""
+        weight = self.stem.weight[:, 1:]
+        return nn.functional.conv2d(self.standardise_maps(maps), weight, stride=2, padding=3)
+
+    def score(self, drawings: Tensor, embedded: Tensor) -> Tensor:
+        """Scores of drawings whose maps are embedded already.
+
+        Args:
+            drawings: (B, 1, H, W) ink.
+            embedded: (B, width, H/2, W/2) from `embed`, or (1, ...) when all drawings are of one view.
+
+        Returns:
+            (B,) scores, higher is better.
+        """
+        weight = self.stem.weight[:, :1]
+        x = nn.functional.conv2d(self.standardise_drawing(drawings), weight, stride=2, padding=3) + embedded
+        x = self.pool(torch.relu(self.stem_norm(x)))
+        for stage in self.stages:
+            x = stage(x)
+        scores: Tensor = self.head(x.mean(dim=(2, 3)))[:, 0]
+        return scores
+
+    def forward(self, drawings: Tensor, maps: Tensor) -> Tensor:
+        """(B, 1, H, W) ink and (B, 7, H, W) maps -> (B,) scores."""
+        return self.score(drawings, self.embed(maps))
