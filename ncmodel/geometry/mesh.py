@@ -37,15 +37,9 @@ def load_mesh(path: str | Path, up: str = "y") -> Mesh:
         MeshError: The file is missing, unreadable, not a mesh, empty, or has coordinates that aren't numbers.
         UsageError: `up` is something else.
     """
-    turn = _UP.get(up)
-    if turn is None:
-        raise UsageError(f"--up: found {up!r}, expected y or z")
     suffix = Path(path).suffix.lower()
-    if suffix not in SUFFIXES:
-        raise MeshError(path, f"the suffix is {suffix!r}", f"a mesh file ({' '.join(SUFFIXES)})")
-    if not Path(path).is_file():
-        raise MeshError(path, "no such file", "a mesh file")
-    vertices, faces = _read(Path(path))
+    vertices, faces = read_geometry(path)
+    vertices = upright(vertices, up)
     notes = []
     if len(faces) == 0:
         raise MeshError(path, f"{len(vertices)} vertices and no faces", "a mesh with faces")
@@ -53,7 +47,33 @@ def load_mesh(path: str | Path, up: str = "y") -> Mesh:
         before = len(vertices)
         vertices, faces = weld(vertices, faces)
         notes.append(f"welded {before} vertices to {len(vertices)} at exactly equal positions")
-    return make_mesh(turn(vertices), faces, Path(path).stem, tuple(notes), source=path)
+    return make_mesh(vertices, faces, Path(path).stem, tuple(notes), source=path)
+
+
+def read_geometry(path: str | Path) -> tuple[Floats, Ints]:
+    """The (V, 3) vertices and (F, 3) faces of a mesh file as they are: not checked, not welded, not normalised.
+
+    Raises:
+        MeshError: The file is missing, unreadable or not a mesh.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in SUFFIXES:
+        raise MeshError(path, f"the suffix is {suffix!r}", f"a mesh file ({' '.join(SUFFIXES)})")
+    if not Path(path).is_file():
+        raise MeshError(path, "no such file", "a mesh file")
+    return _read(Path(path))
+
+
+def upright(vertices: Floats, up: str) -> Floats:
+    """Turn vertices so that the file's upward axis becomes +y.
+
+    Raises:
+        UsageError: `up` is neither "y" nor "z".
+    """
+    turn = _UP.get(up)
+    if turn is None:
+        raise UsageError(f"--up: found {up!r}, expected y or z")
+    return turn(vertices)
 
 
 def make_mesh(
