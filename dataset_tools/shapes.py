@@ -215,7 +215,7 @@ def bracket(rng: np.random.Generator) -> tuple[Floats, Ints]:
     half = rng.uniform([0.5, 0.14, 0.35], [0.9, 0.3, 0.6])
     wall, hole = rng.uniform(0.12, 0.2), rng.uniform(0.1, 0.18)
     rise = rng.uniform(0.35, 0.7)
-    boss = rng.uniform(0.2, 0.3)
+    boss = hole + rng.uniform(0.1, 0.16)
     place = rng.uniform(0.25, 0.55) * half[0]
     slot = rng.uniform(0.08, 0.14)
 
