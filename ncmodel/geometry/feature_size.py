@@ -1,0 +1,91 @@
+"""The length that makes thresholds dimensionless (geometry-spec 5)."""
+
+from itertools import combinations
+
+import numpy as np
+
+from ncmodel.types import Floats
+
+SAMPLES = 500
+CURVATURE_SHARE = 0.01
+RADIUS_SHARE = 0.05
+"""fs = min(CURVATURE_SHARE / kappa10, RADIUS_SHARE * R), as rtsc has it."""
+
+
+def sampled_feature_size(curvatures: Floats, radius: float) -> float:
+    """rtsc's feature size, from the curvature of up to 500 vertices that a fixed random sequence picks.
+
+    Args:
+        curvatures: (V, 2) principal curvatures.
+        radius: Of the smallest sphere around the shape.
+    """
+    count = min(len(curvatures), SAMPLES)
+    state, picked = 0, []
+    for _ in range(count):
+        state = (1664525 * state + 1013904223) % 2**32
+        picked.append(state % len(curvatures))
+    return _feature_size(float(np.sort(np.abs(curvatures[picked]), axis=None)[2 * count // 10]), radius)
+
+
+def percentile_feature_size(curvatures: Floats, areas: Floats, radius: float) -> float:
+    """The feature size from the curvature of all vertices, each as much as its area counts.
+
+    Unlike `sampled_feature_size` it depends neither on the order of the vertices nor on how densely parts are meshed.
+
+    Args:
+        curvatures: (V, 2) principal curvatures.
+        areas: (V,) from `point_areas`.
+        radius: Of the smallest sphere around the shape.
+    """
+    sizes = np.abs(curvatures).ravel()
+    order = np.argsort(sizes, kind="stable")
+    covered = np.cumsum(np.repeat(areas, 2)[order])
+    return _feature_size(float(sizes[order[np.searchsorted(covered, 0.1 * covered[-1])]]), radius)
+
+
+def enclosing_radius(points: Floats) -> float:
+    """Radius of the smallest sphere around points (n, 3).
+
+    The sphere around a few points grows: the farthest point outside joins them, and those that the new smallest sphere
+    doesn't touch leave. The radius rises with each step, so no set of points comes twice.
+    """
+    support = points[:1]
+    centre, radius = points[0], 0.0
+    while True:
+        distance = np.linalg.norm(points - centre, axis=1)
+        farthest = int(distance.argmax())
+        if distance[farthest] <= radius * (1 + 1e-12):
+            return radius
+        support, centre, grown = _smallest_around(np.concatenate([support, points[farthest : farthest + 1]]))
+        if grown <= radius:  # only rounding is left
+            return float(distance[farthest])
+        radius = grown
+
+
+def _feature_size(kappa: float, radius: float) -> float:
+    cap = RADIUS_SHARE * radius
+    return min(CURVATURE_SHARE / kappa, cap) if kappa > 0 else cap
+
+
+def _smallest_around(points: Floats) -> tuple[Floats, Floats, float]:
+    """Of at most five points, those on the smallest sphere around all, its centre and its radius."""
+    best: tuple[Floats, Floats, float] | None = None
+    for size in range(2, min(len(points), 4) + 1):
+        for chosen in combinations(range(len(points)), size):
+            support = points[list(chosen)]
+            centre = _circumcentre(support)
+            radius = float(np.linalg.norm(support[0] - centre))
+            reach = float(np.linalg.norm(points - centre, axis=1).max())
+            if reach <= radius * (1 + 1e-10) and (best is None or radius < best[2]):
+                best = support, centre, radius
+    if best is None:  # nearly cospherical or collinear points: rounding spoils every sphere
+        centre = points.mean(axis=0)
+        best = points[:4], centre, float(np.linalg.norm(points - centre, axis=1).max())
+    return best
+
+
+def _circumcentre(points: Floats) -> Floats:
+    """The point in the affine hull of two to four points that is as far from one as from the others."""
+    edges = points[1:] - points[0]
+    offset = np.linalg.lstsq(2 * edges @ edges.T, (edges**2).sum(axis=1), rcond=None)[0] @ edges
+    return np.asarray(points[0] + offset)
