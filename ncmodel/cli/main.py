@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import typer
 from typer.exceptions import TyperException
 
-from ncmodel.cli import draw
+from ncmodel.cli import draw, evaluate
 from ncmodel.errors import BatchError, NeuralContoursError
 
 app = typer.Typer(
@@ -18,6 +18,13 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 draw.register(app)
+evaluate.register(app)
+
+
+@app.callback()
+def _root() -> None:
+    """Learned line drawings of 3D shapes."""
+    # Without a callback, an application with one command would take its name for an argument.
 
 
 def run(argv: Sequence[str] | None = None) -> int:
