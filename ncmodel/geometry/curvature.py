@@ -4,8 +4,8 @@ Sources: Max 1999 (normals), Meyer et al. 2003 (areas), Rusinkiewicz 2004 (curva
 
 In each face the shape operator II is the least-squares fit of II e_j = d_j to the changes d_j of the normal along the
 edges e_j, and the derivative C the fit of C e_j = change of II. In the principal frame (t, b) of the edges' scatter
-S = sum e_j e_j^T both normal equations are diagonal, so they are solved by division; and det S = 3 |e0 x e1|^2 keeps the
-smaller eigenvalue exact in the thinnest face.
+S = sum e_j e_j^T both normal equations are diagonal, so they are solved by division; and det S = 3 |e0 x e1|^2 keeps
+the smaller eigenvalue exact in the thinnest face.
 
 A face whose height is below `FLATNESS` of its longest side has no direction that rounding leaves meaningful: it takes
 no part. Whatever no face defines is 0 (curvature, areas), never NaN.
@@ -37,7 +37,7 @@ def vertex_normals(vertices: Floats, faces: Ints) -> Floats:
     normals = np.zeros_like(vertices)
     for f in range(len(faces)):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
-        nx, ny, nz, li, lj, lk, flat = _area_vector(vertices, i, j, k)
+        nx, ny, nz, li, lj, lk, flat = area_vector(vertices, i, j, k)
         if flat:
             continue
         # The cross products at the three corners are one vector; only the lengths differ.
@@ -167,7 +167,7 @@ def curvature_derivative(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _area_vector(vertices: Floats, i: int, j: int, k: int) -> tuple[float, float, float, float, float, float, bool]:
+def area_vector(vertices: Floats, i: int, j: int, k: int) -> tuple[float, float, float, float, float, float, bool]:
     """e0 x e1 of a face, its squared side lengths, and whether it is degenerate."""
     ax, ay, az = vertices[k, 0] - vertices[j, 0], vertices[k, 1] - vertices[j, 1], vertices[k, 2] - vertices[j, 2]
     bx, by, bz = vertices[i, 0] - vertices[k, 0], vertices[i, 1] - vertices[k, 1], vertices[i, 2] - vertices[k, 2]
@@ -182,7 +182,7 @@ def _area_vector(vertices: Floats, i: int, j: int, k: int) -> tuple[float, float
 @njit(cache=True, nogil=True, error_model="numpy")
 def _corner_areas(vertices: Floats, i: int, j: int, k: int) -> tuple[float, float, float]:
     """Areas of a face that belong to its corners (geometry-spec 2)."""
-    nx, ny, nz, li, lj, lk, flat = _area_vector(vertices, i, j, k)
+    nx, ny, nz, li, lj, lk, flat = area_vector(vertices, i, j, k)
     area = 0.5 * math.sqrt(nx * nx + ny * ny + nz * nz)
     bi, bj, bk = li * (lj + lk - li), lj * (lk + li - lj), lk * (li + lj - lk)
     if flat:
@@ -224,7 +224,7 @@ def _face(vertices: Floats, i: int, j: int, k: int) -> tuple[_Face, bool]:
 
     (t, b) are the principal axes of the scatter of the edges e0, e1, e2: sum u v = 0, sum u^2 = su, sum v^2 = sv.
     """
-    nx, ny, nz, li, lj, lk, flat = _area_vector(vertices, i, j, k)
+    nx, ny, nz, li, lj, lk, flat = area_vector(vertices, i, j, k)
     if flat:
         return (0.0,) * 17, True
     square = nx * nx + ny * ny + nz * nz
@@ -326,7 +326,7 @@ def _principal(tensor: Floats, normals: Floats, areas: Floats) -> tuple[Floats, 
 def _fill_undefined(vertices: Floats, faces: Ints, normals: Floats) -> None:
     """Give vertices whose normals cancelled that of their first face, and those without a proper face +y."""
     for f in range(len(faces)):
-        nx, ny, nz, _, _, _, flat = _area_vector(vertices, faces[f, 0], faces[f, 1], faces[f, 2])
+        nx, ny, nz, _, _, _, flat = area_vector(vertices, faces[f, 0], faces[f, 1], faces[f, 2])
         length = math.sqrt(nx * nx + ny * ny + nz * nz)
         for corner in faces[f]:
             zero = normals[corner, 0] == 0.0 and normals[corner, 1] == 0.0 and normals[corner, 2] == 0.0

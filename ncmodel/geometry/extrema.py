@@ -122,7 +122,7 @@ def _crossed(vertices: Floats, slope: Floats, i: int, j: int, maxima: bool) -> b
     if not maxima:
         return True
     x, y, z = vertices[j, 0] - vertices[i, 0], vertices[j, 1] - vertices[i, 1], vertices[j, 2] - vertices[i, 2]
-    return ax * x + ay * y + az * z >= 0.0 or bx * x + by * y + bz * z <= 0.0
+    return bool(ax * x + ay * y + az * z >= 0.0 or bx * x + by * y + bz * z <= 0.0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -164,7 +164,7 @@ def _side_point(vertices: Floats, derivative: Floats, curvature: Floats, a: int,
     w = at_a / (at_a + at_b) if at_a + at_b > 0.0 else 0.5
     for axis in range(3):
         point[axis] = vertices[a, axis] + w * (vertices[b, axis] - vertices[a, axis])
-    return abs(curvature[a] + w * (curvature[b] - curvature[a]))
+    return float(abs(curvature[a] + w * (curvature[b] - curvature[a])))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -178,4 +178,4 @@ def _runs_towards(vertices: Floats, slope: Floats, a: int, b: int, c: int, segme
     at_a = slope[a, 0] * px + slope[a, 1] * py + slope[a, 2] * pz
     at_b = slope[b, 0] * px + slope[b, 1] * py + slope[b, 2] * pz
     at_c = slope[c, 0] * px + slope[c, 1] * py + slope[c, 2] * pz
-    return at_a > 0.0 and at_b < 0.0 and at_c > 0.0
+    return bool(at_a > 0.0 and at_b < 0.0 and at_c > 0.0)

@@ -13,7 +13,7 @@ RADIUS_SHARE = 0.05
 
 
 def sampled_feature_size(curvatures: Floats, radius: float) -> float:
-    """rtsc's feature size, from the curvature of up to 500 vertices that a fixed random sequence picks.
+    """The feature size as rtsc has it, from the curvature of up to 500 vertices that a fixed random sequence picks.
 
     Args:
         curvatures: (V, 2) principal curvatures.

@@ -1,21 +1,27 @@
 """A mesh and everything about it that doesn't depend on the view, computed when first asked for."""
 
+import math
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ncmodel.geometry import curvature
+from ncmodel.geometry import curvature, edges
 from ncmodel.geometry.feature_size import enclosing_radius, percentile_feature_size, sampled_feature_size
-from ncmodel.stages import stage
+from ncmodel.geometry.smoothing import smoothed_normals
+from ncmodel.stages import stage, timed
 from ncmodel.types import Floats, Mesh, Trace
 
 if TYPE_CHECKING:
     from ncmodel.geometry.raycast import RayScene
 
 
+CREASE_ANGLE = 40.0
+"""Degrees between the normals of adjacent faces above which their edge is a crease."""
+
+
 class Surface:
-    """The view-independent quantities of a mesh, per vertex unless said otherwise; each is computed once, when asked for.
+    """The view-independent quantities of a mesh, per vertex unless said otherwise; computed once, when asked for.
 
     Args:
         mesh: The mesh, in object space.
@@ -25,6 +31,7 @@ class Surface:
     def __init__(self, mesh: Mesh, trace: Trace | None = None) -> None:
         self.mesh = mesh
         self.trace = trace if trace is not None else Trace()
+        self._creases: dict[float, edges.Edges] = {}
 
     @stage
     def normals(self) -> Floats:
@@ -81,13 +88,44 @@ class Surface:
 
     @stage
     def feature_size(self) -> float:
-        """rtsc's feature size, which its thresholds are multiplied with."""
+        """The feature size as rtsc has it: what its thresholds are multiplied with."""
         return sampled_feature_size(self.curvatures, self.enclosing_radius)
 
     @stage
     def percentile_feature_size(self) -> float:
         """A feature size that depends neither on vertex order nor on how densely parts are meshed."""
         return percentile_feature_size(self.curvatures, self.point_areas, self.enclosing_radius)
+
+    @stage
+    def is_closed(self) -> bool:
+        """Whether every side of every face is matched by an opposite one."""
+        return edges.is_closed(self.mesh.faces)
+
+    @stage
+    def sides(self) -> edges.Sides:
+        """(3 F,) directed sides of the faces, grouped by edge."""
+        return edges.grouped_sides(self.mesh.faces, len(self.mesh.vertices))
+
+    @stage
+    def boundary_edges(self) -> edges.Edges:
+        """Sides without an opposite twin; a closed mesh is told apart without a search."""
+        if self.is_closed:
+            return edges.Edges(np.zeros((0, 2), dtype=np.int64), np.zeros(0, dtype=np.int64))
+        return edges.boundary_edges(self.mesh.faces, self.sides)
+
+    def creases(self, angle_degrees: float = CREASE_ANGLE) -> edges.Edges:
+        """Edges where the surface bends by more than `angle_degrees`."""
+        if angle_degrees not in self._creases:
+            with timed(self.trace, "creases"):
+                angle = math.radians(angle_degrees)
+                self._creases[angle_degrees] = edges.creases(self.mesh.vertices, self.mesh.faces, self.sides, angle)
+        return self._creases[angle_degrees]
+
+    @stage
+    def smoothed_normals(self) -> Floats:
+        """(6, V, 3) unit normals, diffused at sigma = 0..5 median edge lengths."""
+        ends = edges.unique_edges(self.mesh.faces, self.sides)
+        return smoothed_normals(self.mesh.vertices, self.normals, self.point_areas, ends)
 
     @stage
     def scene(self) -> "RayScene":

@@ -2,9 +2,9 @@
 
 Sources: DeCarlo et al. 2003 (radial curvature and its derivative), Judd et al. 2007 (view-dependent curvature).
 
-Undefined directions read as 0: the view direction of a vertex at the eye, and the tangential view direction w of a vertex
-seen exactly along its normal. |n.v| is held at `GRAZING` or above where it divides, so that q1 and its derivative stay
-finite on the contour.
+Undefined directions read as 0: the view direction of a vertex at the eye, and the tangential view direction w of a
+vertex seen exactly along its normal. |n.v| is held at `GRAZING` or above where it divides, so that q1 and its
+derivative stay finite on the contour.
 """
 
 import math
@@ -47,7 +47,7 @@ def tangential_view(vertices: Floats, normals: Floats, dir1: Floats, eye: Floats
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def radial_curvature(curvatures: Floats, uv: Floats) -> Floats:
-    """kr (V,): radial curvature times sin^2(theta)."""
+    """Radial curvature times sin^2(theta), kr (V,)."""
     kr = np.empty(len(curvatures))
     for i in range(len(kr)):
         kr[i] = curvatures[i, 0] * uv[0, i] ** 2 + curvatures[i, 1] * uv[1, i] ** 2

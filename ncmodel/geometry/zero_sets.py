@@ -137,7 +137,7 @@ def _nowhere(i: int, j: int, k: int, numerator: Floats, denominator: Floats) -> 
     low = min(numerator[i], numerator[j], numerator[k])
     high = max(numerator[i], numerator[j], numerator[k])
     if len(denominator) == 0:
-        return high <= 0.0
+        return bool(high <= 0.0)
     below = min(denominator[i], denominator[j], denominator[k])
     above = max(denominator[i], denominator[j], denominator[k])
-    return (high <= 0.0 and below >= 0.0) or (low >= 0.0 and above <= 0.0)
+    return bool((high <= 0.0 and below >= 0.0) or (low >= 0.0 and above <= 0.0))
