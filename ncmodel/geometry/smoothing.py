@@ -71,7 +71,9 @@ def _diffused(
     queue = np.empty(min(MOST_NEIGHBOURS, len(vertices)), dtype=np.int64)
     total = np.empty((levels, 3))
     for v in range(len(vertices)):
-        total[:] = areas[v] * normals[v]
+        for level in range(levels):
+            for axis in range(3):
+                total[level, axis] = areas[v] * normals[v, axis]
         queue[0] = v
         met_by[v] = v
         size, head = 1, 0
