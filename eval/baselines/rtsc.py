@@ -1,0 +1,61 @@
+"""The classic lines at fixed thresholds, as the `rtsc` program draws them by default; occluding contours always."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ncmodel.fade import fade
+from ncmodel.geometry.view import View
+from ncmodel.raster import draw_segments
+from ncmodel.types import Image, LineFamily, Thresholds
+
+WIDTH = 2.5
+"""Pixels."""
+
+ALWAYS = (LineFamily.CONTOURS, LineFamily.BOUNDARIES)
+"""In every drawing: occluding contours, and the rims of open surfaces, which are their outline just as well."""
+
+SC = (LineFamily.SUGGESTIVE,)
+RV = (LineFamily.RIDGES, LineFamily.VALLEYS)
+AR = (LineFamily.APPARENT,)
+
+
+@dataclass(frozen=True)
+class RtscSettings:
+    """Which lines are drawn, and from which strength on.
+
+    Attributes:
+        families: The families besides contours and boundaries.
+        thresholds: In rtsc's dimensionless units; the defaults are rtsc's.
+    """
+
+    families: tuple[LineFamily, ...] = ()
+    thresholds: Thresholds = field(default_factory=Thresholds)
+
+
+METHODS: Mapping[str, RtscSettings] = {
+    "contours": RtscSettings(),
+    "SC-rtsc": RtscSettings(SC),
+    "RV-rtsc": RtscSettings(RV),
+    "AR-rtsc": RtscSettings(AR),
+    "all-rtsc": RtscSettings(SC + RV + AR),
+}
+"""The paper's comparisons 1 to 5, by their names there."""
+
+
+def draw(view: View, settings: RtscSettings) -> Image:
+    """(H, W) ink of the visible lines."""
+    layers = [layer(view, family) for family in ALWAYS]
+    for family in settings.families:
+        threshold = settings.thresholds.of(family)
+        if threshold is not None:
+            layers.append(layer(view, family, threshold))
+    return np.asarray(np.maximum.reduce(layers))
+
+
+def layer(view: View, family: LineFamily, threshold: float = 0.0) -> Image:
+    """(H, W) ink of one family's visible lines at one threshold, in rtsc's units."""
+    segments = fade(view.visible(family), threshold)
+    points = view.camera.project(segments.points)[..., :2]
+    return draw_segments(points, segments.alpha, WIDTH, (view.camera.height, view.camera.width))
