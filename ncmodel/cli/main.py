@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import typer
 from typer.exceptions import TyperException
 
-from ncmodel.cli import draw, evaluate
+from ncmodel.cli import crowd, draw, evaluate
 from ncmodel.errors import BatchError, NeuralContoursError
 
 app = typer.Typer(
@@ -19,6 +19,7 @@ app = typer.Typer(
 )
 draw.register(app)
 evaluate.register(app)
+crowd.register(app)
 
 
 @app.callback()

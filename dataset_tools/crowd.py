@@ -1,0 +1,120 @@
+"""The crowd's stages from folder to folder: make a batch, let simulated participants answer it, read results."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from dataset_tools.artist import ArtistDrawings, crowd_artists
+from dataset_tools.batch import Built, Look, Planner, build_batch
+from dataset_tools.items import list_items
+from dataset_tools.questionnaire import Item, Key, Scheme
+from dataset_tools.results import Answered, Problem, read_csv_results
+from dataset_tools.sentinels import Drawing, artists_drawings
+from dataset_tools.simulate import Crowd, Distances, answer_all, make_crowd, write_results
+from dataset_tools.spread import varied
+from dataset_tools.votes import Ingested, ingest
+from ncmodel.errors import NeuralContoursError, UsageError
+
+SENTINEL_ARTISTS = 3
+"""Artists whose drawings sentinels are made from in simulation."""
+
+
+def make_batch(
+    data_dir: Path,
+    batch_dir: Path,
+    needs: Mapping[Item, int],
+    scheme: Scheme,
+    look: Look,
+    artists: Path | None = None,
+    fill: bool = True,
+) -> Built:
+    """Write a batch of questionnaires about the items of a data folder.
+
+    Args:
+        data_dir: The data folder.
+        batch_dir: Where to write; doesn't exist yet or is empty.
+        needs: Item -> votes wanted.
+        scheme: Numbers of questions.
+        look: How pictures are delivered.
+        artists: Folder of artists' drawings for sentinels; without it they are the simulated artists'.
+        fill: Whether every questionnaire has exactly `scheme.real` items.
+
+    Raises:
+        UsageError: The batch folder holds something already, or no item needs votes.
+        InputError: A file of the data folder or an artists' drawing can't be read.
+    """
+    drawings: Sequence[Drawing] = ()
+    if scheme.sentinels:
+        items = list_items(data_dir)
+        drawings = artists_drawings(artists, items) if artists else _simulated(data_dir, items, scheme)
+    origin = "artists" if artists else "simulated artists"
+    settings = {"sentinels_from": origin} if scheme.sentinels else {}
+    return build_batch(Planner(data_dir, scheme, drawings, needs, fill), batch_dir, look, settings)
+
+
+def _simulated(data_dir: Path, items: Sequence[Item], scheme: Scheme) -> list[Drawing]:
+    """Simulated artists' drawings of enough views for the pool, of as many shapes as possible."""
+    chosen = varied(items, np.random.default_rng([scheme.seed, 3]))[: scheme.pool]
+    drawings = ArtistDrawings(data_dir, crowd_artists())
+    return [Drawing(item, path) for item in chosen for path in drawings.paths(item)[:SENTINEL_ARTISTS]]
+
+
+def simulate_batch(
+    batch_dir: Path,
+    out: Path,
+    crowd: Crowd,
+    data_dir: Path | None = None,
+    participants: int | None = None,
+    seed: int = 0,
+    advance: Callable[[], None] = lambda: None,
+) -> dict[str, object]:
+    """Let simulated participants answer a batch, and write their results in Mechanical Turk's format.
+
+    Args:
+        batch_dir: The batch.
+        out: Results file to write.
+        crowd: What the participants are like.
+        data_dir: The data folder; by default the one that the batch was made from.
+        participants: How many; by default one a questionnaire.
+        seed: Of everything random.
+        advance: Called after each item whose drawings were compared.
+
+    Raises:
+        UsageError: There are no participants.
+        InputError: A file of the batch or the data folder can't be read.
+    """
+    key = Key.load(batch_dir)
+    count = len(key.questionnaires) if participants is None else participants
+    if count < 1:
+        raise UsageError(f"--participants is {count}, expected 1 or more")
+    data = data_dir or batch_dir / str(key.settings.get("data", ""))
+    artists = crowd_artists()
+    distances = Distances(data, ArtistDrawings(data, artists))
+    for item in key.items:
+        distances(item)
+        advance()
+    people = make_crowd(count, crowd, distances, len(artists), np.random.default_rng([seed, 1]))
+    fields = sorted({q.field for questionnaire in key.questionnaires.values() for q in questionnaire.questions})
+    write_results(out, answer_all(key, people, seed), fields)
+    clickers = sum(person.kind == "random clicker" for person in people)
+    return {"simulated_participants": count, "random_clickers": clickers, "questionnaires": len(key.questionnaires)}
+
+
+def ingest_results(batch_dir: Path, results: Sequence[Path], out: Path) -> Ingested:
+    """Read results files into a vote file.
+
+    A file that can't be read at all is a problem like a row that can't, unless nothing could be read.
+
+    Raises:
+        InputError: The batch has no key, `out` isn't a vote file, or nothing could be read from any file.
+    """
+    return ingest(_read_all(results), Key.load(batch_dir), out)
+
+
+def _read_all(results: Iterable[Path]) -> Iterator[Answered | Problem]:
+    for path in results:
+        try:
+            yield from read_csv_results(path)
+        except NeuralContoursError as error:
+            yield Problem(str(path), str(error).removeprefix(f"{path}: "))

@@ -1,0 +1,64 @@
+"""The items of a data folder that participants vote on: which there are, and where their pictures lie."""
+
+from pathlib import Path
+
+from dataset_tools.questionnaire import N_OPTIONS, Item
+from ncmodel.errors import InputError
+
+
+def list_items(data_dir: Path) -> list[Item]:
+    """All finished views of a data folder, sorted.
+
+    Raises:
+        InputError: It isn't a data folder, or none of its views is finished.
+    """
+    found = [
+        Item(*folder.name.rsplit("_", 1))
+        for folder in sorted((data_dir / "views").glob("*_*"))
+        if not folder.name.startswith(".") and (folder / "selection.json").is_file()
+    ]
+    if not found:
+        what = "no finished view" if data_dir.is_dir() else "no such folder"
+        raise InputError(data_dir, what, "a folder that `ncontours dataset build` wrote")
+    return found
+
+
+def view_folder(data_dir: Path, item: Item) -> Path:
+    """The folder of an item."""
+    return data_dir / "views" / item.name
+
+
+def drawing_path(data_dir: Path, item: Item, index: int) -> Path:
+    """The picture of candidate 0..7."""
+    return view_folder(data_dir, item) / "drawings" / f"{index}.png"
+
+
+def render_paths(data_dir: Path, item: Item) -> list[Path]:
+    """The shaded views that participants see beside the drawings, in order.
+
+    Raises:
+        InputError: There is none.
+    """
+    folder = view_folder(data_dir, item) / "renders"
+    paths = sorted(folder.glob("*.png"), key=lambda path: (len(path.stem), path.stem))
+    if not paths:
+        raise InputError(folder, "no picture", "renders of the shape")
+    return paths
+
+
+def item_fingerprint(data_dir: Path, item: Item) -> bytes:
+    """The files that say which drawings an item has.
+
+    Raises:
+        InputError: One can't be read.
+    """
+    folder = view_folder(data_dir, item)
+    if not drawing_path(data_dir, item, N_OPTIONS - 1).is_file():
+        raise InputError(folder / "drawings", "fewer pictures", f"{N_OPTIONS} candidate drawings")
+    parts = []
+    for name in ("camera.json", "selection.json"):
+        try:
+            parts.append((folder / name).read_bytes())
+        except OSError as error:
+            raise InputError(folder / name, f"can't be read ({error.strerror})", "a finished view") from error
+    return b"".join(parts)

@@ -1,0 +1,227 @@
+"""Results files: what Mechanical Turk, Turkle and this project's simulation hand back, read row by row.
+
+Nothing in them is trusted: a row that can't be read becomes a `Problem`, and the reading goes on.
+"""
+
+import csv
+import json
+import math
+import re
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta, timezone
+from pathlib import Path
+
+from ncmodel.errors import InputError
+
+SIMULATED = "simulated participant"
+"""What `RequesterAnnotation` says where nobody answered."""
+
+MAX_FIELD = 256 * 1024 * 1024
+"""Characters in one field; embedded pictures make long ones."""
+
+MAX_SECONDS = 86400.0
+
+REQUIRED_COLUMNS = ("AssignmentId", "Input.questionnaire")
+WORKER_COLUMNS = ("WorkerId", "Turkle.Username")
+_ANSWER = "Answer."
+_BLOB = "Answer.taskAnswers"
+
+# Hours from UTC of the zone names that Mechanical Turk and Turkle write; others are read as UTC.
+_ZONES = {"UTC": 0, "GMT": 0, "EST": -5, "EDT": -4, "CST": -6, "CDT": -5, "MST": -7, "MDT": -6, "PST": -8, "PDT": -7,
+          "AKST": -9, "AKDT": -8, "HST": -10, "WET": 0, "WEST": 1, "BST": 1, "CET": 1, "CEST": 2, "EET": 2, "EEST": 3,
+          "MSK": 3, "JST": 9, "KST": 9}  # fmt: skip
+_TIME = re.compile(
+    r"[A-Z][a-z]{2} ([A-Z][a-z]{2}) +(\d{1,2}) (\d{2}:\d{2}:\d{2}) ([A-Za-z]+|[+-]\d{2}:?\d{0,2}) (\d{4})"
+)
+
+
+@dataclass(frozen=True)
+class Answered:
+    """A questionnaire that came back.
+
+    Attributes:
+        worker: Who answered.
+        assignment: Identifies this answering.
+        questionnaire: Which questionnaire.
+        answers: Field -> what was sent; nothing is known to be valid.
+        seconds: Field -> seconds spent, where the page told.
+        total_seconds: For the whole questionnaire, where known.
+        submitted: When, as ISO 8601 in UTC; "" where unknown.
+        source: "mturk", "turkle", "site" or "simulated".
+        where: File and row, for messages.
+    """
+
+    worker: str
+    assignment: str
+    questionnaire: str
+    answers: Mapping[str, str]
+    seconds: Mapping[str, float]
+    total_seconds: float | None
+    submitted: str
+    source: str
+    where: str
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Something in a file that couldn't be read, and where."""
+
+    where: str
+    message: str
+
+    def __str__(self) -> str:
+        return f"{self.where}: {self.message}"
+
+
+def read_csv_results(path: Path) -> Iterator[Answered | Problem]:
+    """The rows of a results CSV, streamed. The header is row 1, as in a spreadsheet.
+
+    Raises:
+        InputError: The file can't be read, or its header lacks what every results file has.
+    """
+    csv.field_size_limit(min(MAX_FIELD, sys.maxsize))
+    try:
+        with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
+            rows = csv.reader(file)
+            header = _header(path, next(rows, []))
+            yield from _rows(path, header, rows)
+    except OSError as error:
+        raise InputError(path, f"can't be read ({error.strerror})", "a results CSV") from error
+
+
+def _header(path: Path, names: Sequence[str]) -> list[str]:
+    header = [name.strip() for name in names]
+    missing = [name for name in REQUIRED_COLUMNS if name not in header]
+    if missing or not any(name in header for name in WORKER_COLUMNS) or not any(n.startswith(_ANSWER) for n in header):
+        found = f"columns {', '.join(header[:6])}{' ...' if len(header) > 6 else ''}" if header else "no header"
+        raise InputError(
+            path, found, "a results CSV with WorkerId, AssignmentId, Input.questionnaire and Answer columns"
+        )
+    twice = sorted({name for name in header if name and header.count(name) > 1})
+    if twice:
+        raise InputError(path, f"column {twice[0]} twice", "each column once")
+    return header
+
+
+def _rows(path: Path, header: list[str], rows: Iterator[list[str]]) -> Iterator[Answered | Problem]:
+    number = 1
+    while True:
+        number += 1
+        where = f"{path}, row {number}"
+        try:
+            cells = next(rows)
+        except StopIteration:
+            return
+        except csv.Error as error:
+            yield Problem(where, f"not CSV ({error})")
+            continue
+        if not any(cell.strip() for cell in cells):
+            continue
+        if len(cells) != len(header):
+            yield Problem(where, f"{len(cells)} cells; expected {len(header)}, as in the header")
+            continue
+        yield _row(where, dict(zip(header, cells, strict=True)))
+
+
+def _row(where: str, row: Mapping[str, str]) -> Answered | Problem:
+    worker = next((row[name].strip() for name in WORKER_COLUMNS if row.get(name, "").strip()), "")
+    assignment, questionnaire = (row[name].strip() for name in REQUIRED_COLUMNS)
+    for name, value in (("WorkerId", worker), ("AssignmentId", assignment), ("Input.questionnaire", questionnaire)):
+        if not value or "\ufffd" in value:
+            return Problem(where, f"{name} is {'empty' if not value else 'not UTF-8'}")
+    try:
+        answers = _answers(row)
+    except ValueError as error:
+        return Problem(where, str(error))
+    return Answered(
+        worker=worker,
+        assignment=assignment,
+        questionnaire=questionnaire,
+        answers=answers,
+        seconds=parse_seconds(answers.get("seconds", "")),
+        total_seconds=_number(row.get("WorkTimeInSeconds", "")),
+        submitted=parse_time(row.get("SubmitTime", "")),
+        source=_source(row),
+        where=where,
+    )
+
+
+def _source(row: Mapping[str, str]) -> str:
+    if row.get("RequesterAnnotation", "").strip() == SIMULATED:
+        return "simulated"
+    return "turkle" if "Turkle.Username" in row else "mturk"
+
+
+def _answers(row: Mapping[str, str]) -> dict[str, str]:
+    """Plain answer columns, and those inside `Answer.taskAnswers` where the plain ones are empty."""
+    plain = {name[len(_ANSWER) :]: cell.strip() for name, cell in row.items() if name.startswith(_ANSWER)}
+    blob = plain.pop(_BLOB[len(_ANSWER) :], "")
+    inside = _task_answers(blob) if blob else {}
+    return {**inside, **{name: cell for name, cell in plain.items() if cell}}
+
+
+def _task_answers(text: str) -> dict[str, str]:
+    """Answers from a JSON list with one object; a radio group is an object of booleans.
+
+    Raises:
+        ValueError: It is something else.
+    """
+    try:
+        listed = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"{_BLOB} is not JSON ({error})") from error
+    record = listed[0] if isinstance(listed, list) and len(listed) == 1 else listed
+    if not isinstance(record, dict):
+        raise ValueError(f"{_BLOB} holds {type(record).__name__}; expected a list with one object")
+    return {str(name): _radio(value) for name, value in record.items()}
+
+
+def _radio(value: object) -> str:
+    if isinstance(value, dict):
+        # Several chosen values can't be an answer to one question; joined, they match none.
+        return "|".join(str(name) for name, chosen in value.items() if chosen is True)
+    return value if isinstance(value, str) else json.dumps(value)
+
+
+def parse_seconds(text: str) -> dict[str, float]:
+    """Seconds by field from the page's own record; what makes no sense is left out."""
+    try:
+        record = json.loads(text) if text else {}
+    except (ValueError, RecursionError):
+        return {}
+    if not isinstance(record, dict):
+        return {}
+    numbers = {name: value for name, value in record.items() if isinstance(value, int | float)}
+    return {name: float(value) for name, value in numbers.items() if 0 <= value <= MAX_SECONDS}
+
+
+def _number(text: str) -> float | None:
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) and value >= 0 else None
+
+
+def parse_time(text: str) -> str:
+    """A time like `Fri Nov 01 12:08:17 PDT 2019` as `2019-11-01T19:08:17Z`; "" if it can't be read."""
+    match = _TIME.fullmatch(text.strip())
+    if match is None:
+        return ""
+    month, day, clock, zone, year = match.groups()
+    try:
+        moment = datetime.strptime(f"{year} {month} {day} {clock}", "%Y %b %d %H:%M:%S")
+        moment = moment.replace(tzinfo=_zone(zone)).astimezone(UTC)
+    except (ValueError, OverflowError):
+        return ""
+    return moment.strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
+def _zone(name: str) -> timezone:
+    if name[0] in "+-":
+        hours, minutes = int(name[1:3]), int(name[3:].strip(":") or 0)
+        offset = timedelta(hours=hours, minutes=minutes)
+        return timezone(-offset if name[0] == "-" else offset)
+    return timezone(timedelta(hours=_ZONES.get(name.upper(), 0)))

@@ -1,0 +1,239 @@
+"""Simulated participants, who answer questionnaires as people might, and say everywhere that they are simulated.
+
+Each follows one of the crowd's latent artists: of eight drawings it prefers the one nearest to what its artist drew
+of the view, but sees distances with noise, and answers "none of these" where all are far. A stated share clicks at
+random.
+"""
+
+import csv
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from dataset_tools.artist import ArtistDrawings
+from dataset_tools.chamfer import distance_field
+from dataset_tools.items import drawing_path
+from dataset_tools.questionnaire import N_OPTIONS, NONE, Item, Key, Question, Questionnaire
+from dataset_tools.results import SIMULATED
+from ncmodel.errors import UsageError
+from ncmodel.files import atomic
+from ncmodel.pictures import read_grey
+from ncmodel.types import Floats, Image, Mask
+
+INK = 0.3
+"""What is darker than this is seen as a line."""
+
+COMPARED_SIDE = 384
+"""Drawings are compared at this size."""
+
+MTURK_COLUMNS = (
+    "HITId", "HITTypeId", "Title", "Description", "Keywords", "Reward", "CreationTime", "MaxAssignments",
+    "RequesterAnnotation", "AssignmentDurationInSeconds", "AutoApprovalDelayInSeconds", "Expiration",
+    "NumberOfSimilarHITs", "LifetimeInSeconds", "AssignmentId", "WorkerId", "AssignmentStatus", "AcceptTime",
+    "SubmitTime", "AutoApprovalTime", "ApprovalTime", "RejectionTime", "RequesterFeedback", "WorkTimeInSeconds",
+    "LifetimeApprovalRate", "Last30DaysApprovalRate", "Last7DaysApprovalRate",
+)  # fmt: skip
+"""The columns of a results file before Input.* and Answer.*, in Mechanical Turk's order."""
+
+EPOCH = datetime(2026, 1, 5, 9, 0, 0, tzinfo=UTC)
+"""When the first simulated participant begins."""
+
+
+@dataclass(frozen=True)
+class Crowd:
+    """What the simulated participants are like.
+
+    Attributes:
+        noise: Spread of the error with which a participant sees the logarithm of a drawing's distance.
+        far: A drawing farther than this is no good, in shares of the picture's side.
+        random_clickers: Share of participants who click at random.
+        slip: Chance that an attentive participant hits a wrong answer.
+        seconds: Typical seconds for a question.
+    """
+
+    noise: float = 0.35
+    far: float = 0.005
+    random_clickers: float = 0.15
+    slip: float = 0.004
+    seconds: float = 9.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.random_clickers <= 1.0:
+            raise UsageError(f"--random-clickers is {self.random_clickers}, expected a share in 0..1")
+        if self.noise < 0 or self.far <= 0:
+            raise UsageError(f"--noise is {self.noise} and --far {self.far}, expected a number >= 0 and one > 0")
+
+
+class Distances:
+    """How far each candidate of an item is from each artist's drawing, computed when first asked for.
+
+    Args:
+        data_dir: The data folder.
+        drawings: The artists' drawings.
+    """
+
+    def __init__(self, data_dir: Path, drawings: ArtistDrawings) -> None:
+        self._data_dir, self._drawings = data_dir, drawings
+        self._known: dict[Item, Floats] = {}
+
+    def __call__(self, item: Item) -> Floats:
+        """(artists, 8) symmetric Chamfer distances, in shares of the picture's side."""
+        if item not in self._known:
+            candidates = [1.0 - read_grey(drawing_path(self._data_dir, item, i)) for i in range(N_OPTIONS)]
+            self._known[item] = distances_between(self._drawings.inks(item), candidates)
+        return self._known[item]
+
+
+def distances_between(drawn: Iterable[Image], candidates: Iterable[Image]) -> Floats:
+    """(drawn, candidates) symmetric Chamfer distances between drawings, in shares of the picture's shorter side."""
+    rows, columns = ([_Seen.of(ink) for ink in inks] for inks in (drawn, candidates))
+    return np.array([[a.distance(b) for b in columns] for a in rows])
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """A drawing as it is compared: its lines, and how far every pixel is from them."""
+
+    mask: Mask
+    field: Image
+
+    @staticmethod
+    def of(ink: Image) -> "_Seen":
+        height, width = ink.shape
+        scale = COMPARED_SIDE / min(height, width)
+        small = cv2.resize(ink, (round(width * scale), round(height * scale)), interpolation=cv2.INTER_AREA)
+        mask = np.asarray(small > INK)
+        return _Seen(mask, distance_field(mask))
+
+    def distance(self, other: "_Seen") -> float:
+        if not self.mask.any() or not other.mask.any():
+            return 0.0 if self.mask.any() == other.mask.any() else float(np.hypot(*self.mask.shape)) / COMPARED_SIDE
+        there, back = other.field[self.mask].mean(dtype=np.float64), self.field[other.mask].mean(dtype=np.float64)
+        return float(there + back) / 2 / COMPARED_SIDE
+
+
+@dataclass(frozen=True)
+class Reply:
+    """What a participant answers to one question, and how long it takes."""
+
+    value: str
+    seconds: float
+
+
+Behaviour = Callable[[Question, int, np.random.Generator], Reply]
+"""Answers a question (with its number, from 0) of a questionnaire."""
+
+
+def attentive(crowd: Crowd, distances: Callable[[Item], Floats], artist: int) -> Behaviour:
+    """A participant who follows one artist and looks at every question."""
+
+    def answer(question: Question, number: int, rng: np.random.Generator) -> Reply:
+        seconds = crowd.seconds * float(np.exp(rng.normal(0, 0.5)))
+        values = list(question.options)
+        if rng.random() < crowd.slip:
+            return Reply(values[rng.integers(len(values))], seconds)
+        if question.sentinel or question.item is None:
+            return Reply(question.correct, seconds)
+        distance = distances(question.item)[artist]
+        seen = np.log(np.maximum(distance, 1e-6)) + crowd.noise * rng.gumbel(size=N_OPTIONS)
+        best = int(np.argmin(seen))
+        if seen[best] > np.log(crowd.far):
+            return Reply(NONE, seconds)
+        return Reply(next(value for value, index in question.options.items() if index == best), seconds)
+
+    return answer
+
+
+def random_clicker(question: Question, number: int, rng: np.random.Generator) -> Reply:
+    """A participant who clicks anywhere, quickly."""
+    values = [*question.options, NONE]
+    return Reply(values[rng.integers(len(values))], float(rng.uniform(0.5, 3.0)))
+
+
+@dataclass(frozen=True)
+class Participant:
+    """A simulated participant: a name that says so, what kind, and how it answers."""
+
+    name: str
+    kind: str
+    behaviour: Behaviour
+
+
+def make_crowd(
+    count: int, crowd: Crowd, distances: Callable[[Item], Floats], artists: int, rng: np.random.Generator
+) -> list[Participant]:
+    """Simulated participants, of whom a stated share click at random."""
+    clickers = set(rng.permutation(count)[: round(crowd.random_clickers * count)].tolist())
+    return [
+        Participant(f"simulated-{number + 1:04d}", "random clicker", random_clicker)
+        if number in clickers
+        else Participant(
+            f"simulated-{number + 1:04d}", "attentive", attentive(crowd, distances, int(rng.integers(artists)))
+        )
+        for number in range(count)
+    ]
+
+
+def answer_all(
+    key: Key, participants: Iterable[Participant], seed: int
+) -> Iterator[tuple[Participant, Questionnaire, dict[str, Reply]]]:
+    """Each participant answers one questionnaire, in turn; when all are answered they go round again."""
+    questionnaires = list(key.questionnaires.values())
+    for number, participant in enumerate(participants):
+        questionnaire = questionnaires[number % len(questionnaires)]
+        rng = np.random.default_rng([seed, number])
+        replies = {
+            question.field: participant.behaviour(question, place, rng)
+            for place, question in enumerate(questionnaire.questions)
+        }
+        yield participant, questionnaire, replies
+
+
+def write_results(
+    path: Path, answered: Iterable[tuple[Participant, Questionnaire, Mapping[str, Reply]]], fields: Iterable[str]
+) -> int:
+    """Write a results file in Mechanical Turk's format, every row of it marked as simulated.
+
+    Returns:
+        The number of answered questionnaires.
+    """
+    answers = [f"Answer.{name}" for name in (*fields, "seconds")]
+    count = 0
+    with atomic(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
+        header = [*MTURK_COLUMNS, "Input.questionnaire", *answers, "Approve", "Reject"]
+        writer = csv.DictWriter(file, header, restval="", lineterminator="\n")
+        writer.writeheader()
+        for count, (participant, questionnaire, replies) in enumerate(answered, 1):
+            writer.writerow(_result(count, participant, questionnaire, replies))
+    return count
+
+
+def _result(
+    number: int, participant: Participant, questionnaire: Questionnaire, replies: Mapping[str, Reply]
+) -> dict[str, str]:
+    total = sum(reply.seconds for reply in replies.values())
+    begin = EPOCH + timedelta(minutes=3 * number)
+    seconds = ", ".join(f'"{field}": {reply.seconds:.1f}' for field, reply in replies.items())
+    return {
+        "HITId": f"simulated-{questionnaire.identifier}",
+        "Title": "Answered by simulated participants",
+        "RequesterAnnotation": SIMULATED,
+        "MaxAssignments": "1",
+        "AssignmentId": f"simulated-assignment-{number:05d}",
+        "WorkerId": participant.name,
+        "AssignmentStatus": "Submitted",
+        "AcceptTime": _clock(begin),
+        "SubmitTime": _clock(begin + timedelta(seconds=total)),
+        "WorkTimeInSeconds": str(round(total)),
+        "Input.questionnaire": questionnaire.identifier,
+        **{f"Answer.{field}": reply.value for field, reply in replies.items()},
+        "Answer.seconds": "{" + seconds + "}",
+    }
+
+
+def _clock(moment: datetime) -> str:
+    return moment.strftime("%a %b %d %H:%M:%S UTC %Y")

@@ -1,0 +1,160 @@
+"""`ncontours crowd`: questionnaires out, votes in, ranking pairs from them."""
+
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from ncmodel.cli.common import emit, progress
+from ncmodel.errors import BatchError, InputError, UsageError
+
+if TYPE_CHECKING:
+    from dataset_tools.votes import Ingested
+
+MAX_SHOWN_PROBLEMS = 20
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print a summary as one JSON object.")]
+Seed = Annotated[int, typer.Option(help="Of everything random.")]
+DataDir = Annotated[Path, typer.Argument(help="Folder that `ncontours dataset build` wrote.")]
+BatchDir = Annotated[Path, typer.Argument(help="Folder of a batch of questionnaires.")]
+VotesFile = Annotated[Path, typer.Argument(help="Votes that `ncontours crowd ingest` wrote.")]
+
+Real = Annotated[int, typer.Option(help="Questions about items in each questionnaire.")]
+Sentinels = Annotated[int, typer.Option(help="Sentinel questions in each questionnaire.")]
+Pool = Annotated[int, typer.Option(help="Sentinels to draw from.")]
+Votes = Annotated[int, typer.Option(help="Answers that each item gets.")]
+Artists = Annotated[
+    Path | None,
+    typer.Option(
+        help="Folder of artists' drawings for sentinels, SHAPE_VIEW.png or SHAPE_VIEW/*.png; simulated by default."
+    ),
+]
+BaseUrl = Annotated[str, typer.Option(help="What stands before the pictures' names in tasks.csv.")]
+Embed = Annotated[bool, typer.Option(help="Put the pictures into tasks.csv, as data URIs.")]
+DrawingSide = Annotated[int, typer.Option(help="Longest side of a drawing, pixels.")]
+RenderSide = Annotated[int, typer.Option(help="Longest side of a render, pixels.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the application."""
+    group = typer.Typer(help="Questionnaires for people, and ranking pairs from their votes.", no_args_is_help=True)
+    for command in (build, simulate, ingest, aggregate):
+        group.command(command.__name__)(command)
+    app.add_typer(group, name="crowd")
+
+
+def build(
+    data_dir: DataDir,
+    batch_dir: BatchDir,
+    real: Real = 30,
+    sentinels: Sentinels = 5,
+    pool: Pool = 15,
+    votes: Votes = 3,
+    artists: Artists = None,
+    base_url: BaseUrl = "images/",
+    embed: Embed = False,
+    drawing_side: DrawingSide = 512,
+    render_side: RenderSide = 384,
+    seed: Seed = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Make questionnaires about all views of a data set: template.html, tasks.csv, images and key.json."""
+    from dataset_tools.batch import Look
+    from dataset_tools.crowd import make_batch
+    from dataset_tools.items import list_items
+    from dataset_tools.questionnaire import Scheme
+
+    scheme = Scheme(real, sentinels, pool, votes, seed)
+    needs = dict.fromkeys(list_items(data_dir), votes)
+    look = Look(drawing_side, render_side, base_url, embed)
+    _emit_built(make_batch(data_dir, batch_dir, needs, scheme, look, artists), batch_dir, as_json)
+
+
+def _emit_built(built: Any, batch_dir: Path, as_json: bool) -> None:
+    for note in built.notes:
+        sys.stderr.write(f"note: {note}\n")
+    text = (
+        f"{built.questionnaires} questionnaires of {built.real} items and {built.sentinels} sentinels, "
+        f"{built.items} items, in {batch_dir}"
+    )
+    emit(asdict(built), as_json, text)
+
+
+def simulate(
+    batch_dir: BatchDir,
+    output: Annotated[Path, typer.Option("--output", "-o", help="Results file to write.")],
+    data: Annotated[Path | None, typer.Option(help="The data folder; the batch knows it by default.")] = None,
+    participants: Annotated[int | None, typer.Option(help="How many; one a questionnaire by default.")] = None,
+    random_clickers: Annotated[float, typer.Option(help="Share of participants who click at random.")] = 0.15,
+    noise: Annotated[float, typer.Option(help="Spread of the errors in judging distances.")] = 0.35,
+    seed: Seed = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Let simulated participants answer a batch; their results say that they are simulated."""
+    from dataset_tools.crowd import simulate_batch
+    from dataset_tools.questionnaire import Key
+    from dataset_tools.simulate import Crowd
+
+    with progress("items seen by simulated artists", len(Key.load(batch_dir).items)) as advance:
+        done = simulate_batch(
+            batch_dir, output, Crowd(noise=noise, random_clickers=random_clickers), data, participants, seed, advance
+        )
+    emit(done, as_json, f"{done['simulated_participants']} simulated participants in {output}")
+
+
+def ingest(
+    batch_dir: BatchDir,
+    results: Annotated[
+        list[Path], typer.Argument(help="Results files: CSV of Mechanical Turk or Turkle, or a site's database.")
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Vote file to write or add to.")],
+    as_json: AsJson = False,
+) -> None:
+    """Read results into a vote file; what it holds already isn't read twice."""
+    from dataset_tools.crowd import ingest_results
+
+    done = ingest_results(batch_dir, results, output)
+    _emit_ingested(done, output, as_json)
+
+
+def _emit_ingested(done: "Ingested", output: Path, as_json: bool) -> None:
+    record = {**asdict(done), "problems": [str(problem) for problem in done.problems]}
+    emit(record, as_json, f"{done.assignments} questionnaires with {done.votes} votes added to {output}")
+    for problem in done.problems[:MAX_SHOWN_PROBLEMS]:
+        sys.stderr.write(f"{problem}\n")
+    if done.problems:
+        raise BatchError(f"{len(done.problems)} problems in the results; all the rest was read")
+
+
+def aggregate(
+    votes: VotesFile,
+    output: Annotated[Path, typer.Option("--output", "-o", help="Ranking pairs to write.")],
+    method: Annotated[str, typer.Option(help="majority (the paper's rule) or one-coin (Dawid-Skene).")] = "majority",
+    least: Annotated[int, typer.Option(help="Votes that must agree (and be more than half).")] = 2,
+    posterior: Annotated[float, typer.Option(help="With one-coin: how sure the model must be.")] = 0.9,
+    unreliable_too: Annotated[bool, typer.Option(help="Keep votes of participants who failed a sentinel.")] = False,
+    held_out: Annotated[float, typer.Option(help="Share of shapes held out for validation.")] = 0.1,
+    validation_shapes: Annotated[str, typer.Option(help="Comma-separated shapes to hold out instead.")] = "",
+    seed: Seed = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Turn votes into ranking pairs: reliable participants, consensus, shapes held out."""
+    from dataset_tools.aggregate import Rules, write_pairs
+    from dataset_tools.aggregate import aggregate as find_consensus
+    from dataset_tools.votes import read_votes
+
+    if method not in ("majority", "one-coin"):
+        raise UsageError(f"--method is {method!r}, expected majority or one-coin")
+    shapes = tuple(name.strip() for name in validation_shapes.split(",") if name.strip())
+    rules = Rules(
+        "majority" if method == "majority" else "one-coin", least, posterior, unreliable_too, held_out, shapes, seed
+    )
+    found = find_consensus(read_votes(votes), rules)
+    if not found.verdicts:
+        raise InputError(votes, "no vote on any item", "votes that `ncontours crowd ingest` wrote")
+    write_pairs(output, found)
+    summary = found.summary()
+    text = "{reliable} of {participants} participants reliable, {accepted} of {items} items accepted, {pairs} pairs"
+    emit(summary, as_json, text.format(**summary) + f" in {output}")
