@@ -76,7 +76,7 @@ def touching_vertices(vertices: Floats, faces: Ints, tolerance: float) -> Ints:
     edge, vertex = _on_edges(vertices, sides.start[border], sides.end[border], corners, tolerance).T
     face = sides.face[border][edge]
     apart = (faces[face] != vertex[:, None]).all(axis=1)
-    return np.stack([face, sides.corner[border][edge], vertex], axis=1)[apart]
+    return np.asarray(np.stack([face, sides.corner[border][edge], vertex], axis=1)[apart])
 
 
 def _split_once(vertices: Floats, faces: Ints, touches: Ints) -> tuple[Ints, int]:

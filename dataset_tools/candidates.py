@@ -1,8 +1,9 @@
 """The 264 candidate drawings of a view, as unions of a few layers.
 
-256 combine lines: suggestive contours, apparent ridges, and ridges with valleys, each at one of three thresholds or off;
-with and without creases; with and without borders; occluding contours always. 8 are Canny edges of the shaded view, 4 of
-them after edge-preserving filtering. A layer is drawn once, grey with its tapering; a drawing is the maximum of its layers.
+256 combine lines: suggestive contours, apparent ridges, and ridges with valleys, each at one of three thresholds or
+off; with and without creases; with and without borders; occluding contours always. 8 are Canny edges of the shaded
+view, 4 of them after edge-preserving filtering. A layer is drawn once, grey with its tapering; a drawing is the
+maximum of its layers.
 """
 
 import itertools
@@ -107,8 +108,10 @@ def layers_of(levels: Levels) -> list[Layer]:
 
 
 def specs_of(levels: Levels) -> list[Spec]:
-    """The 264 candidates in their fixed order: suggestive, apparent, ridges with valleys, creases, borders (the last one
-    changes fastest), then Canny and Canny after filtering.
+    """The 264 candidates in their fixed order.
+
+    Suggestive, apparent, ridges with valleys, creases, borders (the last one changes fastest), then Canny and Canny
+    after filtering.
     """
     choices = [(*getattr(levels, name), None) for name in FILTERS]
     specs = []
@@ -141,7 +144,7 @@ class Candidates:
 
     @cached_property
     def masks(self) -> Mask:
-        """(L, H, W) inked pixels of the layers. A drawing's are the union of its layers', as its ink is their maximum."""
+        """(L, H, W) inked pixels of the layers; those of a drawing are their union, as its ink is their maximum."""
         return np.asarray(self.ink > INK_LEVEL)
 
     def drawing(self, index: int) -> Image:
@@ -209,7 +212,7 @@ class _Edges:
     @cached_property
     def shading(self) -> NDArray[np.uint8]:
         """The unsmoothed shading, 0..255."""
-        return np.rint(255 * self.view.shaded[0]).astype(np.uint8)
+        return np.asarray(np.rint(255 * self.view.shaded[0]), dtype=np.uint8)
 
     @cached_property
     def smoothed(self) -> NDArray[np.uint8]:
@@ -219,8 +222,7 @@ class _Edges:
             Gastal, Oliveira: Domain Transform for Edge-Aware Image and Video Processing. SIGGRAPH 2011.
         """
         space = self.levels.smooth_space * min(self.shading.shape)
-        filtered: NDArray[np.uint8] = cv2.ximgproc.dtFilter(self.shading, self.shading, space, self.levels.smooth_range)
-        return filtered
+        return np.asarray(cv2.ximgproc.dtFilter(self.shading, self.shading, space, self.levels.smooth_range), np.uint8)
 
     def at(self, level: float, smoothed: bool) -> Mask:
         """(H, W) one-pixel edges at an upper threshold."""

@@ -3,14 +3,14 @@
 In this order, each step only where it finds something to do, so that a sound mesh keeps its vertex and face order:
 
 1. faces with coordinates that aren't numbers are dropped; +y up; longest side 1, centred;
-2. vertices closer than `weld` become one, faces without area and repeated faces are dropped (whatever their winding: of a
-   double-sided face one side is left);
+2. vertices closer than `weld` become one, faces without area and repeated faces are dropped (whatever their winding:
+   of a double-sided face one side is left);
 3. borders that touch within `snap` are connected, vertex to vertex and vertex to edge;
-4. rays from outside tell for every face which side is seen. At edges with more than two faces, the faces around the most
-   exposed wedges are joined. Each patch of joined faces is wound consistently and turned so that the side seen more is its
-   front: inverted shells, mixed winding and inside-out parts, open or closed;
-5. patches of which nothing is seen from outside (inner walls, hidden shells) are removed: no line can be drawn on them, but
-   they distort curvature where they touch and the statistics of the whole;
+4. rays from outside tell for every face which side is seen. At edges with more than two faces, the faces around the
+   most exposed wedges are joined. Each patch of joined faces is wound consistently and turned so that the side seen
+   more is its front: inverted shells, mixed winding and inside-out parts, open or closed;
+5. patches of which nothing is seen from outside (inner walls, hidden shells) are removed: no line can be drawn on
+   them, but they distort curvature where they touch and the statistics of the whole;
 6. every fan of joined faces gets its own vertex, so that no edge or vertex is left non-manifold; unused vertices go.
 
 Holes are not closed (open surfaces are drawn as such) and self-intersections are left alone (the visible lines stop at
@@ -136,7 +136,7 @@ def clean(
         MeshError: No surface is left.
     """
     label, settings = source or name, settings or CleanSettings()
-    finite = np.isfinite(vertices).all(axis=1)
+    finite: Mask = np.asarray(np.isfinite(vertices).all(axis=1))
     sound = finite[faces].all(axis=1) if len(faces) else np.zeros(0, dtype=bool)
     if not sound.any():
         raise MeshError(label, f"{len(vertices)} vertices and no usable face of {len(faces)}", "a mesh with faces")
@@ -157,7 +157,9 @@ def clean(
         work.remove_faces(_hidden(seen, patches)[~stray], "faces hidden from outside removed")
     work.drop_unused()
     mesh = Mesh(normalise(work.vertices), work.faces, name, tuple(f"{step.step}: {step.count}" for step in work.done))
-    return mesh, CleanReport(found, tuple(work.done), diagnose(mesh.vertices, mesh.faces, settings.weld, settings.snap, by_index=True))
+    return mesh, CleanReport(
+        found, tuple(work.done), diagnose(mesh.vertices, mesh.faces, settings.weld, settings.snap, by_index=True)
+    )
 
 
 class _Repair:
@@ -280,8 +282,9 @@ def _from_meshlab(meshes: Any) -> tuple[Floats, Ints]:
 
 
 def _with_neighbours(sides: HalfEdges, seen: Floats) -> Floats:
-    """Exposure of faces, raised a little by that of the patch they lie on: decides where a face itself is seen from no
-    sampled direction, as deep in a fold.
+    """Exposure of faces, raised a little by that of the patch they lie on.
+
+    That decides where a face itself is seen from no sampled direction, as deep in a fold.
     """
     patches = patches_of(len(seen), sides, plain_pairs(sides))
     aligned = np.where(patches.flipped[:, None], seen[:, ::-1], seen)
@@ -313,7 +316,9 @@ def _stray(vertices: Floats, faces: Ints) -> Mask:
 
 def _areas(vertices: Floats, faces: Ints) -> Floats:
     corners = vertices[faces]
-    return np.asarray(np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)) / 2
+    return (
+        np.asarray(np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)) / 2
+    )
 
 
 def _check_surface(vertices: Floats, faces: Ints, patches: Patches, label: str | Path) -> None:

@@ -60,7 +60,7 @@ def _normals(vertices: Floats, faces: Ints) -> Floats:
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
-    return np.divide(normal, length, out=np.zeros_like(normal), where=length > 0)
+    return np.asarray(np.divide(normal, length, out=np.zeros_like(normal), where=length > 0))
 
 
 def _samples(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:

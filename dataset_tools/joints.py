@@ -13,8 +13,8 @@ def pair_faces(vertices: Floats, faces: Ints, sides: HalfEdges, exposure: Floats
     """Decide which faces are joined at each edge.
 
     Two faces at an edge are joined. Where there are more, the faces around the edge enclose wedges; the two faces that
-    bound a wedge are joined through it, the wedge most open to the outside first, so that what is seen from outside stays
-    one surface and inner walls are cut off from it.
+    bound a wedge are joined through it, the wedge most open to the outside first, so that what is seen from outside
+    stays one surface and inner walls are cut off from it.
 
     Args:
         vertices: (V, 3).
@@ -35,8 +35,8 @@ def pair_faces(vertices: Floats, faces: Ints, sides: HalfEdges, exposure: Floats
 def halve_tangled_edges(vertices: Floats, faces: Ints, exposure: Floats) -> tuple[Floats, Ints, Ints]:
     """Halve the edges that would still have more than two faces after their vertices are split.
 
-    Two pairs of faces at one edge that belong to the same fan at both ends share its vertices whatever is split. Halfway
-    along the edge they are apart, so there each pair can get a vertex of its own.
+    Two pairs of faces at one edge that belong to the same fan at both ends share its vertices whatever is split.
+    Halfway along the edge they are apart, so there each pair can get a vertex of its own.
 
     Returns:
         The vertices, the faces, and for each face the one that it came from.
@@ -55,15 +55,14 @@ def halve_tangled_edges(vertices: Floats, faces: Ints, exposure: Floats) -> tupl
     return vertices, faces, origin
 
 
-def _pair_around(
-    vertices: Floats, faces: Ints, sides: HalfEdges, exposure: Floats, origin: Ints, group: Ints
-) -> Pairs:
+def _pair_around(vertices: Floats, faces: Ints, sides: HalfEdges, exposure: Floats, origin: Ints, group: Ints) -> Pairs:
     """Join the faces `group` (half-edges of one edge) through their most exposed wedges."""
     low, high = sorted((sides.start[group[0]], sides.end[group[0]]), key=lambda v: tuple(vertices[v]))
     opposite = vertices[faces[sides.face[group], (sides.corner[group] + 2) % 3]]
     group = group[np.lexsort((origin[sides.face[group]], _angles_about(vertices[low], vertices[high], opposite)))]
     face, forward = sides.face[group], sides.start[group] == low
-    # Counter-clockwise about the edge comes the front of a face that runs along it, the back of one that runs against it.
+    # Counter-clockwise about the edge comes the front of a face that runs along it, the back of one that runs against
+    # it.
     ahead = np.where(forward, exposure[face, 0], exposure[face, 1])
     behind = np.where(forward, exposure[face, 1], exposure[face, 0])
     following = np.roll(np.arange(len(group)), -1)
@@ -88,7 +87,8 @@ def _angles_about(low: Floats, high: Floats, points: Floats) -> Floats:
     axis = axis / np.linalg.norm(axis)
     reference = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
     away = points - low
-    return np.round(np.arctan2(away @ np.cross(axis, reference), away @ reference), 9)
+    angle: Floats = np.arctan2(away @ np.cross(axis, reference), away @ reference)
+    return angle.round(9)
 
 
 def _edge_of(sides: HalfEdges, face: Ints, corner: Ints) -> Ints:

@@ -1,7 +1,7 @@
 """How the faces of a mesh hang together: edges, borders, and the repair of what isn't a surface.
 
-A surface has one or two faces at every edge and one fan of faces at every vertex. Any set of faces becomes one by deciding,
-edge by edge, which faces are joined (`Pairs`); where they aren't, their vertices are split.
+A surface has one or two faces at every edge and one fan of faces at every vertex. Any set of faces becomes one by
+deciding, edge by edge, which faces are joined (`Pairs`); where they aren't, their vertices are split.
 """
 
 from dataclasses import dataclass

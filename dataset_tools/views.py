@@ -11,17 +11,15 @@ ELEVATION = 30.0
 """Degrees above the ground plane."""
 
 
-def choose_cameras(mesh: Mesh, count: int, size: tuple[int, int], seed: int = 0) -> list[Camera]:
-    """`count` upright cameras at random azimuths, aimed at the surface's centroid, the shape filling the frame.
+def choose_azimuths(name: str, count: int, seed: int = 0) -> list[float]:
+    """Azimuths of a shape's views, degrees.
 
     Args:
-        mesh: The shape; its name and `seed` decide the azimuths, one by one (more views leave the first ones as they are).
-        count: Number of cameras.
-        size: (width, height) pixels.
+        name: The shape's name, which decides them together with `seed`.
+        count: How many; asking for more leaves the first ones as they are.
         seed: Another seed, other azimuths.
     """
-    azimuths = _generator(mesh.name, seed).uniform(0.0, 360.0, count)
-    return [camera_at(mesh, float(azimuth), size) for azimuth in azimuths]
+    return [float(azimuth) for azimuth in _generator(name, seed).uniform(0.0, 360.0, count)]
 
 
 def camera_at(mesh: Mesh, azimuth: float, size: tuple[int, int]) -> Camera:

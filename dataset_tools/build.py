@@ -1,0 +1,251 @@
+"""From mesh files to views with their candidates: resumable, the same bytes whatever the number of workers."""
+
+import re
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Protocol
+
+from dataset_tools.clean_one import CleanTask, failed
+from dataset_tools.cluster import Outcome, Runner
+from dataset_tools.settings import BuildConfig
+from dataset_tools.store import Store, ViewStatus, writing_to
+from dataset_tools.work import ShapeTask, clean_shape, make_views
+from ncmodel.config import read_config, write_config
+from ncmodel.errors import InputError
+from ncmodel.files import write_text
+from ncmodel.geometry.mesh import SUFFIXES
+
+INDEX_SECONDS = 5.0
+"""How often `index.csv` is brought up to date during a build."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """A shape and the mesh file that it comes from."""
+
+    name: str
+    path: Path
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a build came to.
+
+    Attributes:
+        rows: The state of every view.
+        made: Views made by this run.
+        seconds: Duration of this run.
+    """
+
+    rows: Sequence[ViewStatus]
+    made: int
+    seconds: float
+
+    def count(self, status: str) -> int:
+        """Views in this state."""
+        return sum(row.status == status for row in self.rows)
+
+
+class Advance(Protocol):
+    """Called after each finished item."""
+
+    def __call__(self, note: str = "") -> None:
+        """Note that an item is finished."""
+
+
+Progress = Callable[[str, int], AbstractContextManager[Advance]]
+"""Title and number of items -> what is called after each of them."""
+
+
+def silent(title: str, total: int) -> AbstractContextManager[Advance]:
+    """Progress that says nothing."""
+    return nullcontext(lambda note="": None)
+
+
+def find_sources(mesh_dir: str | Path) -> list[Source]:
+    """The mesh files below a folder, in the order of their paths; a shape is named after its path.
+
+    Raises:
+        InputError: There is none.
+    """
+    root = Path(mesh_dir)
+    paths = sorted(path for path in root.rglob("*") if path.suffix.lower() in SUFFIXES and path.is_file())
+    if not paths:
+        raise InputError(root, "no mesh file" if root.is_dir() else "no such folder", f"files *{' *'.join(SUFFIXES)}")
+    names: dict[str, Path] = {}
+    for path in paths:
+        relative = path.relative_to(root)
+        name = _file_name(str(relative.with_suffix("")))
+        names[name if name not in names else _file_name(str(relative))] = path
+    return [Source(name, path) for name, path in names.items()]
+
+
+def build_dataset(
+    sources: Sequence[Source],
+    data_dir: str | Path,
+    config: BuildConfig,
+    runner: Runner,
+    progress: Progress = silent,
+    retry: bool = False,
+) -> Summary:
+    """Clean the shapes, choose views, draw and select candidates, and write all into a data folder.
+
+    What is there already is kept; what is missing, damaged or pending is made.
+
+    Args:
+        sources: The shapes.
+        data_dir: The data folder, new or of an earlier build with the same settings.
+        config: The settings.
+        runner: What runs the work.
+        progress: What reports it.
+        retry: Try again what failed before.
+
+    Raises:
+        InputError: The folder was built with other settings, can't be written, or is in use.
+    """
+    begin = time.monotonic()
+    store = Store(data_dir)
+    with store.locked():
+        _settle_config(store, config)
+        board = _Board(store, [source.name for source in sources], config.views)
+        _clean_shapes(store, sources, config, runner, progress, retry)
+        board.refresh()
+        made = _make_views(store, sources, config, runner, progress, retry, board)
+        board.refresh()
+        return Summary(list(board.rows.values()), made, time.monotonic() - begin)
+
+
+def folder_status(data_dir: str | Path, verify: bool = False) -> list[ViewStatus]:
+    """The state of every view of a data folder.
+
+    Args:
+        data_dir: The data folder.
+        verify: Compare checksums, which finds damage that leaves sizes as they are.
+
+    Raises:
+        InputError: It isn't a data folder.
+    """
+    store = Store(data_dir)
+    if not store.config_path.is_file():
+        raise InputError(data_dir, "no config.toml in it", "a folder made by `ncontours dataset build`")
+    config = read_config(BuildConfig, store.config_path)
+    earlier = store.read_index()
+    seconds = {(row.shape, row.view): row.seconds for row in earlier}
+    duplicates = store.duplicates()
+    return [
+        replace(row, seconds=seconds.get((row.shape, row.view)))
+        for shape in sorted({row.shape for row in earlier})
+        for row in store.statuses(shape, config.views, duplicates, verify)
+    ]
+
+
+def _settle_config(store: Store, config: BuildConfig) -> None:
+    """Keep the settings beside the data; data made with others don't mix with it."""
+    if not store.config_path.exists():
+        with writing_to(store.root):
+            write_text(store.config_path, write_config(config))
+        return
+    earlier = read_config(BuildConfig, store.config_path)
+    for item in fields(BuildConfig):
+        before, now = getattr(earlier, item.name), getattr(config, item.name)
+        if before != now:
+            raise InputError(store.config_path, f"{item.name} is {before}", f"{now}, as asked for; or a new folder")
+
+
+class _Board:
+    """The state of all views, and `index.csv` following it."""
+
+    def __init__(self, store: Store, shapes: Sequence[str], views: int) -> None:
+        self.store, self.views = store, views
+        earlier = store.read_index()
+        self.seconds = {(row.shape, row.view): row.seconds for row in earlier}
+        self.shapes = sorted({*shapes, *(row.shape for row in earlier)})
+        self.rows: dict[tuple[str, int], ViewStatus] = {}
+        self.refresh()
+
+    def refresh(self) -> None:
+        """Take the state from disk."""
+        duplicates = self.store.duplicates()
+        for shape in self.shapes:
+            for row in self.store.statuses(shape, self.views, duplicates):
+                self.rows[shape, row.view] = replace(row, seconds=self.seconds.get((shape, row.view)))
+        self._write()
+
+    def put(self, row: ViewStatus) -> None:
+        """Note the outcome of one view."""
+        self.rows[row.shape, row.view] = row
+        self.seconds[row.shape, row.view] = row.seconds
+        if time.monotonic() - self.written > INDEX_SECONDS:
+            self._write()
+
+    def _write(self) -> None:
+        self.store.write_index(list(self.rows.values()))
+        self.written = time.monotonic()
+
+
+def _clean_shapes(
+    store: Store, sources: Sequence[Source], config: BuildConfig, runner: Runner, progress: Progress, retry: bool
+) -> None:
+    tasks = []
+    for source in sources:
+        record = store.shape_record(source.name)
+        if record is None or (retry and record["status"] == "failed"):
+            task = CleanTask(str(source.path), source.name, config.up, config.min_faces, config.clean)
+            tasks.append((str(store.root), task))
+    if not tasks:
+        return
+    with progress("clean", len(tasks)) as advance:
+        for outcome in runner.run(clean_shape, tasks):
+            task = outcome.task[1]
+            if outcome.result is None:
+                store.write_folder(store.shape_folder(task.name), failed(task, outcome.reason))
+            advance(task.name)
+
+
+def _make_views(
+    store: Store,
+    sources: Sequence[Source],
+    config: BuildConfig,
+    runner: Runner,
+    progress: Progress,
+    retry: bool,
+    board: _Board,
+) -> int:
+    again = ("pending", "damaged", "failed") if retry else ("pending", "damaged")
+    tasks = []
+    for source in sources:
+        if (store.shape_record(source.name) or {}).get("status") != "done":
+            continue
+        missing = tuple(v for v in range(config.views) if board.rows[source.name, v].status in again)
+        if missing:
+            tasks.append(ShapeTask(str(store.root), source.name, missing, config))
+    made = 0
+    if not tasks:
+        return made
+    with progress("views", sum(len(task.views) for task in tasks)) as advance:
+        for row in _view_outcomes(runner.run(make_views, tasks)):
+            if row.status == "done":
+                made += 1
+                store.forget_failure(row.shape, row.view)
+            else:
+                store.record_failure(row.shape, row.view, row.reason)
+            board.put(row)
+            advance(f"{row.shape}_{row.view}")
+    return made
+
+
+def _view_outcomes(outcomes: Iterator[Outcome[ShapeTask, list[ViewStatus]]]) -> Iterator[ViewStatus]:
+    """One row a view, also for shapes whose worker died."""
+    for outcome in outcomes:
+        if outcome.result is None:
+            yield from (ViewStatus(outcome.task.name, v, "failed", outcome.reason) for v in outcome.task.views)
+        else:
+            yield from outcome.result
+
+
+def _file_name(text: str) -> str:
+    """A text as part of a file name."""
+    return re.sub(r"[^A-Za-z0-9.-]+", "_", text).strip("_.") or "shape"

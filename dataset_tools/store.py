@@ -1,0 +1,290 @@
+"""The data folder: what lies where, how it gets there whole, and how its state is told.
+
+A folder of results is written aside and renamed: it appears whole or not at all, whenever the writer dies. What
+exists on disk is the state; `index.csv` only lists it. Beside its files, every folder has a `manifest.json` with
+their sizes and checksums, by which damage is found later.
+"""
+
+import csv
+import errno
+import fcntl
+import hashlib
+import io
+import json
+import os
+import shutil
+import socket
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+from typing import Any, Literal
+
+from ncmodel.errors import InputError
+from ncmodel.files import write_text
+
+Status = Literal["done", "failed", "skipped", "pending", "damaged"]
+
+MANIFEST = "manifest.json"
+_ASIDE = ".tmp"
+_LOCK = ".lock"
+_FULL_DISK = (errno.ENOSPC, errno.EDQUOT)
+_FORBIDDEN = (errno.EROFS, errno.EACCES, errno.EPERM)
+
+
+@dataclass(frozen=True)
+class ViewStatus:
+    """One row of `index.csv`.
+
+    Attributes:
+        shape: The shape's name.
+        view: Number of the view.
+        status: "done"; "failed"; "skipped" (nothing to draw: low resolution, a duplicate); "pending"; or "damaged".
+        reason: Why it isn't done.
+        seconds: What it took, if it was done and the build that did it came to note it.
+    """
+
+    shape: str
+    view: int
+    status: Status
+    reason: str = ""
+    seconds: float | None = None
+
+
+class Store:
+    """A data folder.
+
+    Args:
+        root: The DATA_DIR; needn't exist yet.
+    """
+
+    def __init__(self, root: str | Path) -> None:
+        self.root = Path(root)
+        self.config_path = self.root / "config.toml"
+        self.index_path = self.root / "index.csv"
+        self.duplicates_path = self.root / "duplicates.json"
+
+    def shape_folder(self, shape: str) -> Path:
+        """Where a shape's mesh and cleaning report lie."""
+        return self.root / "shapes" / shape
+
+    def view_folder(self, shape: str, view: int) -> Path:
+        """Where a view lies."""
+        return self.root / "views" / f"{shape}_{view}"
+
+    def failure_path(self, shape: str, view: int) -> Path:
+        """Where the reason is kept why a view could not be made."""
+        return self.root / "failed" / f"{shape}_{view}.json"
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Keep other builds out of the folder, which is made if it isn't there.
+
+        The lock goes with the process that holds it, however it ends.
+
+        Raises:
+            InputError: The folder can't be written, or another build is at work in it.
+        """
+        with writing_to(self.root):
+            for folder in ("shapes", "views", _ASIDE):
+                (self.root / folder).mkdir(parents=True, exist_ok=True)
+            handle = open(self.root / _LOCK, "a+", encoding="utf-8")  # noqa: SIM115 - closed below
+        with handle:
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError as error:
+                handle.seek(0)
+                found = f"another build is at work in it ({handle.read().strip() or 'unknown'})"
+                raise InputError(self.root, found, "one build at a time in a folder") from error
+            handle.truncate(0)
+            handle.write(f"process {os.getpid()} on {socket.gethostname()}\n")
+            handle.flush()
+            with writing_to(self.root):
+                self._sweep()
+            yield
+
+    def write_folder(self, target: Path, files: Mapping[str, bytes]) -> None:
+        """Write a folder of files and its manifest so that it appears whole, in place of what was there.
+
+        Raises:
+            InputError: The disk is full, or the folder can't be written.
+        """
+        manifest = {
+            name: {"bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()} for name, data in files.items()
+        }
+        with writing_to(self.root):
+            (self.root / _ASIDE).mkdir(parents=True, exist_ok=True)
+            aside = Path(tempfile.mkdtemp(dir=self.root / _ASIDE))
+            try:
+                for name, data in {**files, MANIFEST: _json_bytes(manifest)}.items():
+                    (aside / name).parent.mkdir(exist_ok=True)
+                    (aside / name).write_bytes(data)
+                _open_to_others(aside)
+                _replace(aside, target)
+            finally:
+                shutil.rmtree(aside, ignore_errors=True)
+
+    def record_failure(self, shape: str, view: int, reason: str) -> None:
+        """Keep the reason why a view could not be made."""
+        path = self.failure_path(shape, view)
+        with writing_to(self.root):
+            path.parent.mkdir(exist_ok=True)
+            write_text(path, json.dumps({"reason": reason}))
+
+    def forget_failure(self, shape: str, view: int) -> None:
+        """Drop that reason."""
+        self.failure_path(shape, view).unlink(missing_ok=True)
+
+    def shape_record(self, shape: str) -> dict[str, Any] | None:
+        """What `clean.json` says of a shape; None when it hasn't been cleaned, or its folder is damaged."""
+        folder = self.shape_folder(shape)
+        return None if damage(folder) else _read_json(folder / "clean.json")
+
+    def duplicates(self) -> dict[str, str]:
+        """Shape -> the shape that it is a duplicate of."""
+        record = _read_json(self.duplicates_path) or {}
+        return {shape: str(found["of"]) for shape, found in record.items()}
+
+    def statuses(
+        self, shape: str, views: int, duplicates: Mapping[str, str], verify: bool = False
+    ) -> Iterator[ViewStatus]:
+        """The state of a shape's views, from what lies on disk.
+
+        Args:
+            shape: The shape's name.
+            views: How many it should have.
+            duplicates: As `duplicates` gives them.
+            verify: Compare checksums too; otherwise only names and sizes of files.
+        """
+        status, reason = self._shape_status(shape, duplicates, verify)
+        for view in range(views):
+            if status != "done":
+                yield ViewStatus(shape, view, status, reason)
+            else:
+                yield ViewStatus(shape, view, *self._view_status(shape, view, verify))
+
+    def _shape_status(self, shape: str, duplicates: Mapping[str, str], verify: bool) -> tuple[Status, str]:
+        folder = self.shape_folder(shape)
+        if not folder.is_dir():
+            return "pending", "not cleaned yet"
+        found = damage(folder, verify)
+        if found:
+            return "damaged", f"shape: {found}"
+        record = _read_json(folder / "clean.json")
+        if record is None:
+            return "damaged", "shape: clean.json isn't what it was"
+        if record["status"] == "done" and shape in duplicates:
+            return "skipped", f"duplicate of {duplicates[shape]}"
+        return record["status"], record["reason"]
+
+    def _view_status(self, shape: str, view: int, verify: bool) -> tuple[Status, str]:
+        folder = self.view_folder(shape, view)
+        if folder.is_dir():
+            found = damage(folder, verify)
+            return ("damaged", found) if found else ("done", "")
+        failure = _read_json(self.failure_path(shape, view))
+        return ("failed", str(failure["reason"])) if failure is not None else ("pending", "")
+
+    def write_index(self, rows: Sequence[ViewStatus]) -> None:
+        """Write `index.csv`."""
+        text = io.StringIO()
+        table = csv.writer(text, lineterminator="\n")
+        table.writerow([field.name for field in fields(ViewStatus)])
+        for row in rows:
+            *cells, seconds = astuple(row)
+            table.writerow([*cells, "" if seconds is None else f"{seconds:.2f}"])
+        with writing_to(self.root):
+            write_text(self.index_path, text.getvalue())
+
+    def read_index(self) -> list[ViewStatus]:
+        """The rows of `index.csv`; none before the first build.
+
+        Raises:
+            InputError: It isn't such a table.
+        """
+        if not self.index_path.is_file():
+            return []
+        names = [field.name for field in fields(ViewStatus)]
+        with open(self.index_path, encoding="utf-8", newline="") as file:
+            table = csv.DictReader(file)
+            if table.fieldnames != names:
+                raise InputError(self.index_path, f"columns {table.fieldnames}", f"columns {names}")
+            return [_index_row(row) for row in table]
+
+    def _sweep(self) -> None:
+        """Remove what a build that was killed left aside."""
+        for leftover in (self.root / _ASIDE).iterdir():
+            shutil.rmtree(leftover, ignore_errors=True)
+        for leftover in self.root.glob(".tmp-*"):
+            leftover.unlink(missing_ok=True)
+
+
+def damage(folder: Path, verify: bool = False) -> str:
+    """What is wrong with a folder that `Store.write_folder` wrote; "" when it is as it was written.
+
+    Args:
+        folder: The folder.
+        verify: Compare checksums too; otherwise only names and sizes of files.
+    """
+    manifest = _read_json(folder / MANIFEST)
+    if manifest is None:
+        return f"{MANIFEST} is missing or damaged"
+    for name, entry in manifest.items():
+        try:
+            size = (folder / name).stat().st_size
+        except OSError:
+            return f"{name} is missing"
+        if size != entry["bytes"]:
+            return f"{name} has {size} bytes, expected {entry['bytes']}"
+        if verify and hashlib.sha256((folder / name).read_bytes()).hexdigest() != entry["sha256"]:
+            return f"{name} was changed"
+    return ""
+
+
+@contextmanager
+def writing_to(root: Path) -> Iterator[None]:
+    """Turn the errors of a disk that is full or can't be written into one clear line."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno in _FULL_DISK:
+            raise InputError(root, "the disk is full", "room for the data; what is done is kept") from error
+        if error.errno in _FORBIDDEN or isinstance(error, NotADirectoryError | FileExistsError):
+            raise InputError(root, f"can't be written ({error.strerror})", "a folder to write to") from error
+        raise
+
+
+def _replace(aside: Path, target: Path) -> None:
+    target.parent.mkdir(parents=True, exist_ok=True)
+    if target.exists():
+        # A folder can't be renamed over another one; for a moment neither is there, which reads as pending.
+        target.rename(aside.with_name(aside.name + ".old"))
+    aside.rename(target)
+    shutil.rmtree(aside.with_name(aside.name + ".old"), ignore_errors=True)
+
+
+def _open_to_others(folder: Path) -> None:
+    """Give a folder made private by `tempfile` the usual permissions."""
+    umask = os.umask(0)
+    os.umask(umask)
+    folder.chmod(0o777 & ~umask)
+
+
+def _json_bytes(record: Any) -> bytes:
+    return (json.dumps(record, indent=1) + "\n").encode()
+
+
+def _read_json(path: Path) -> dict[str, Any] | None:
+    """A JSON object, or None when the file is missing or isn't one."""
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return None
+    return record if isinstance(record, dict) else None
+
+
+def _index_row(row: dict[str, str]) -> ViewStatus:
+    status: Any = row["status"]
+    seconds = float(row["seconds"]) if row["seconds"] else None
+    return ViewStatus(row["shape"], int(row["view"]), status, row["reason"], seconds)

@@ -1,0 +1,111 @@
+"""`ncontours dataset`: meshes in, views with candidate drawings out."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from ncmodel.cli.common import emit, parse_size, progress
+from ncmodel.errors import BatchError, UsageError
+
+group = typer.Typer(help="Clean meshes, choose views, draw and select candidates.", no_args_is_help=True)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the application."""
+    app.add_typer(group, name="dataset")
+
+
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+Up = Annotated[str | None, typer.Option(help="Upward axis of the mesh files, y or z.  [default: y]")]
+
+
+@group.command()
+def build(
+    mesh_dir: Annotated[Path, typer.Argument(help="Folder with meshes, searched with its subfolders.")],
+    data_dir: Annotated[Path, typer.Argument(help="Data folder to make or to go on with.")],
+    config: Annotated[Path | None, typer.Option(help="Settings (TOML); options below override it.")] = None,
+    views: Annotated[int | None, typer.Option(help="Views of each shape.  [default: 2]")] = None,
+    size: Annotated[str | None, typer.Option(help="Pixels, N or WxH.  [default: 768]")] = None,
+    seed: Annotated[int | None, typer.Option(help="Of azimuths and selection.  [default: 0]")] = None,
+    up: Up = None,
+    min_faces: Annotated[int | None, typer.Option(help="Skip shapes with fewer faces.  [default: 2000]")] = None,
+    workers: Annotated[int | None, typer.Option(help="Processes.  [default: one a core]")] = None,
+    scheduler: Annotated[str | None, typer.Option(help="Dask scheduler, tcp://HOST:PORT, instead of workers.")] = None,
+    retry: Annotated[bool, typer.Option("--retry", help="Try again what failed before.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Clean every mesh, choose views, draw 264 candidates, select 8; goes on where it was stopped."""
+    from dataset_tools.build import build_dataset, find_sources
+    from dataset_tools.cluster import core_count, runner_for
+    from dataset_tools.report import summary_record, summary_text
+
+    width, height = parse_size(size) if size else (None, None)
+    chosen = {"views": views, "width": width, "height": height, "seed": seed, "up": up, "min_faces": min_faces}
+    settings = _settings(config, data_dir / "config.toml", chosen)
+    sources = find_sources(mesh_dir)
+    with runner_for(core_count() if workers is None else workers, scheduler) as runner:
+        summary = build_dataset(sources, data_dir, settings, runner, progress, retry)
+    emit(summary_record(summary), as_json, summary_text(summary))
+    failed = summary.count("failed")
+    if failed:
+        raise BatchError(f"{failed} views failed, reasons in {data_dir / 'index.csv'}")
+
+
+@group.command()
+def clean(
+    mesh: Annotated[Path, typer.Argument(help="Mesh file.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Cleaned mesh, *.ply.")],
+    up: Up = None,
+    weld: Annotated[float | None, typer.Option(help="Vertices closer than this share of the size become one.")] = None,
+    snap: Annotated[float | None, typer.Option(help="Borders closer than this share of it are connected.")] = None,
+    keep_hidden: Annotated[bool, typer.Option("--keep-hidden", help="Keep parts that can't be seen.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Repair one mesh: weld, connect, orient outwards, remove what is hidden, normalise; report what was done."""
+    from dataset_tools.clean import CleanSettings, clean_file
+    from dataset_tools.encode import ply
+    from dataset_tools.report import clean_text
+    from ncmodel.files import write_bytes
+
+    if output.suffix.lower() != ".ply":
+        raise UsageError(f"-o: found {output}, expected a file *.ply")
+    chosen = {"weld": weld, "snap": snap, "remove_hidden": False if keep_hidden else None}
+    cleaned, report = clean_file(mesh, up or "y", _with(CleanSettings(), chosen))
+    write_bytes(output, ply(cleaned))
+    emit(report.to_record(), as_json, clean_text(report))
+
+
+@group.command()
+def status(
+    data_dir: Annotated[Path, typer.Argument(help="Data folder.")],
+    verify: Annotated[bool, typer.Option("--verify", help="Compare checksums: finds every damage.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Count what is done, failed (with reason), pending; exit 1 when something failed or is damaged."""
+    from dataset_tools.build import folder_status
+    from dataset_tools.report import status_record, status_text
+
+    rows = folder_status(data_dir, verify)
+    emit(status_record(rows), as_json, status_text(rows))
+    wrong = sum(row.status in ("failed", "damaged") for row in rows)
+    if wrong:
+        raise BatchError(f"{wrong} views failed or are damaged; the next build makes damaged ones again")
+
+
+def _settings(config: Path | None, earlier: Path, chosen: dict[str, Any]) -> Any:
+    """Settings of a file, of the folder or the defaults, with what was chosen on the command line instead."""
+    from dataset_tools.settings import BuildConfig
+    from ncmodel.config import read_config
+
+    base = config or (earlier if earlier.is_file() else None)
+    return _with(read_config(BuildConfig, base) if base else BuildConfig(), chosen)
+
+
+def _with(settings: Any, chosen: dict[str, Any]) -> Any:
+    from dataclasses import replace
+
+    try:
+        return replace(settings, **{key: value for key, value in chosen.items() if value is not None})
+    except ValueError as error:
+        raise UsageError(str(error)) from error
