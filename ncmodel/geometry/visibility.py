@@ -26,8 +26,11 @@ from ncmodel.geometry.raycast import RayScene
 from ncmodel.geometry.strokes import Chains, chain
 from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mask
 
+MESH_EDGES = (LineFamily.BOUNDARIES, LineFamily.CREASES)
+"""Families that lie on the flat faces' own edges and not on the smooth surface."""
+
 SAMPLE_PIXELS = 1.0
-"""Distance of samples along the picture."""
+"""Distance of samples along the picture, unless told otherwise."""
 HALVINGS = 2
 """Halvings of the interval between two samples in which visibility changes."""
 FRAME_MARGIN = 8.0
@@ -51,10 +54,15 @@ SPECK_PIXELS = 1.5
 
 _HIDDEN, _HIDDEN_NEARBY, _SEEN = 0, 1, 2
 _Vector = tuple[float, float, float]
-_MESH_EDGES = (LineFamily.BOUNDARIES, LineFamily.CREASES)
 
 
-def visible_pieces(lines: LineSet, camera: Camera, scene: RayScene, normals: Floats | None = None) -> LineSet:
+def visible_pieces(
+    lines: LineSet,
+    camera: Camera,
+    scene: RayScene,
+    normals: Floats | None = None,
+    sample_pixels: float = SAMPLE_PIXELS,
+) -> LineSet:
     """The parts of lines that the camera sees: in front of it, in the frame, and before all faces.
 
     Args:
@@ -62,6 +70,7 @@ def visible_pieces(lines: LineSet, camera: Camera, scene: RayScene, normals: Flo
         camera: Where they are seen from.
         scene: The mesh.
         normals: (V, 3) vertex normals, for lines inside faces; boundaries and creases need none.
+        sample_pixels: Distance along the picture of the points at which visibility is decided.
 
     Returns:
         Pieces of the lines, in their order.
@@ -71,7 +80,7 @@ def visible_pieces(lines: LineSet, camera: Camera, scene: RayScene, normals: Flo
     lines = lines.between(framed, start[framed], end[framed])
     if len(lines) == 0:
         return lines
-    samples = _sample(lines.points, camera)
+    samples = _sample(lines.points, camera, sample_pixels)
     occlusion = _Occlusion(lines, camera, scene, normals)
     state = occlusion.state(samples.segment, samples.at)
     seen = _smooth(state, samples, chain(lines.points))
@@ -111,7 +120,7 @@ class _Occlusion:
         self.face = lines.face
         self.reach = np.zeros(len(lines))
         self.normals = np.zeros((0, 3))
-        if normals is not None and lines.family not in _MESH_EDGES:
+        if normals is not None and lines.family not in MESH_EDGES:
             self.normals = normals
             self.reach = _fold_reach(lines.face, scene.vertices, scene.faces, normals, self.eye)
 
@@ -154,13 +163,13 @@ def _in_frame(points: Floats, camera: Camera, near: float) -> tuple[Floats, Floa
     return start, end
 
 
-def _sample(points: Floats, camera: Camera) -> _Samples:
+def _sample(points: Floats, camera: Camera, spacing: float) -> _Samples:
     """Samples at even steps on the picture."""
     projected = camera.project(points)
     length = np.linalg.norm(projected[:, 1, :2] - projected[:, 0, :2], axis=1)
-    steps = np.ceil(length / SAMPLE_PIXELS).astype(np.int64)
-    # What is far below a pixel is decided as a whole, in its middle.
-    count = np.where(length <= SAMPLE_PIXELS / 2, 1, steps + 1)
+    steps = np.ceil(length / spacing).astype(np.int64)
+    # What is far below the spacing is decided as a whole, in its middle.
+    count = np.where(length <= spacing / 2, 1, steps + 1)
     first = np.concatenate([[0], np.cumsum(count)])
     segment = np.repeat(np.arange(len(points)), count)
     share = (np.arange(first[-1]) - first[segment]) / np.maximum(count - 1, 1)[segment]
