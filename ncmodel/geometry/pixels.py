@@ -6,23 +6,24 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from ncmodel.geometry.areas import Indices
 from ncmodel.types import Floats, Image, Ints, ViewBuffers
 
 Images = NDArray[np.float32]
 
 
-def interpolate(buffers: ViewBuffers, faces: Ints, values: Floats) -> Image:
+def interpolate(buffers: ViewBuffers, faces: Indices, values: Floats) -> Image:
     """(H, W) values (V,) interpolated linearly at the seen points; 0 on the background."""
     return np.asarray(_interpolated(buffers.face, buffers.barycentric, faces, values))
 
 
-def shade(buffers: ViewBuffers, faces: Ints, vertices: Floats, normals: Floats, eye: Floats) -> Images:
+def shade(buffers: ViewBuffers, faces: Indices, vertices: Floats, normals: Floats, eye: Floats) -> Images:
     """(K, H, W) headlight shading max(n.v, 0) under K fields of normals (K, V, 3); 1 on the background."""
     return np.asarray(_shaded(buffers.face, buffers.barycentric, faces, vertices, normals, eye))
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _interpolated(face: Ints, barycentric: Floats, faces: Ints, values: Floats) -> Image:
+def _interpolated(face: Ints, barycentric: Floats, faces: Indices, values: Floats) -> Image:
     image = np.zeros(face.shape, dtype=np.float32)
     for row in range(face.shape[0]):
         for column in range(face.shape[1]):
@@ -36,7 +37,7 @@ def _interpolated(face: Ints, barycentric: Floats, faces: Ints, values: Floats) 
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _shaded(face: Ints, barycentric: Floats, faces: Ints, vertices: Floats, normals: Floats, eye: Floats) -> Images:
+def _shaded(face: Ints, barycentric: Floats, faces: Indices, vertices: Floats, normals: Floats, eye: Floats) -> Images:
     images = np.ones((len(normals), face.shape[0], face.shape[1]), dtype=np.float32)
     for row in range(face.shape[0]):
         for column in range(face.shape[1]):
@@ -56,7 +57,7 @@ def _shaded(face: Ints, barycentric: Floats, faces: Ints, vertices: Floats, norm
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _blend(vectors: Floats, faces: Ints, f: int, weights: Floats) -> tuple[float, float, float]:
+def _blend(vectors: Floats, faces: Indices, f: int, weights: Floats) -> tuple[float, float, float]:
     """The weighted sum of the vectors at a face's corners."""
     i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
     a, b, c = weights[0], weights[1], weights[2]

@@ -1,7 +1,6 @@
 """A surface seen from a camera, and everything that depends on the view, computed when first asked for."""
 
 from collections.abc import Callable
-from functools import cached_property
 
 import numpy as np
 
@@ -35,26 +34,26 @@ class View:
         return view_curvature.facing(self.mesh.vertices, self.surface.normals, self.eye)
 
     @stage
-    def tangential_view(self) -> Floats:
-        """(2, V) the direction to the eye along dir1 and dir2."""
-        surface = self.surface
-        return view_curvature.tangential_view(self.mesh.vertices, surface.normals, surface.dir1, self.eye)
+    def radial_curvature(self) -> tuple[Floats, Floats]:
+        """(V,) kr and (2, V) the direction to the eye along dir1 and dir2."""
+        vertices, surface = self.mesh.vertices, self.surface
+        return view_curvature.radial_curvature(vertices, surface.normals, surface.curvatures, surface.dir1, self.eye)
 
-    @stage
+    @property
     def kr(self) -> Floats:
         """(V,) radial curvature times sin^2(theta)."""
-        return view_curvature.radial_curvature(self.surface.curvatures, self.tangential_view)
+        return self.radial_curvature[0]
 
     @stage
     def sc_num(self) -> Floats:
         """(V,) sin(theta) DwKr: numerator of the suggestive-contour test."""
-        surface = self.surface
-        return view_curvature.radial_derivative(surface.curvatures, surface.dcurv, self.tangential_view, self.n_dot_v)
+        curvatures, derivative = self.surface.curvatures, self.surface.dcurv
+        return view_curvature.radial_derivative(curvatures, derivative, self.radial_curvature[1], self.n_dot_v)
 
     @stage
     def view_curvature(self) -> tuple[Floats, Floats]:
-        """(V,) q1 and (V, 2) t1."""
-        return view_curvature.view_dependent_curvature(self.surface.curvatures, self.tangential_view, self.n_dot_v)
+        """(V,) q1 and (2, V) t1."""
+        return view_curvature.view_dependent_curvature(self.surface.curvatures, self.radial_curvature[1], self.n_dot_v)
 
     @property
     def q1(self) -> Floats:
@@ -64,25 +63,26 @@ class View:
     @property
     def t1(self) -> Floats:
         """(V, 2) its direction in (dir1, dir2)."""
-        return self.view_curvature[1]
-
-    @cached_property
-    def t1_in_space(self) -> Floats:
-        """(V, 3) the direction t1 in object space."""
-        return self.t1[:, :1] * self.surface.dir1 + self.t1[:, 1:] * self.surface.dir2
+        return self.view_curvature[1].T
 
     @stage
+    def view_derivative(self) -> tuple[Floats, Floats]:
+        """(V,) derivative of q1 along t1 and (V, 3) that derivative times t1 in object space."""
+        surface, vertices = self.surface, self.mesh.vertices
+        q1, t1 = self.view_curvature
+        return view_curvature.view_dependent_derivative(
+            vertices, surface.normals, surface.dir1, q1, t1, self.n_dot_v, surface.rings.starts, surface.rings.around
+        )
+
+    @property
     def dt1q1(self) -> Floats:
         """(V,) derivative of q1 along t1."""
-        surface = self.surface
-        return view_curvature.view_dependent_derivative(
-            self.mesh.vertices, self.mesh.faces, surface.normals, surface.dir1, self.q1, self.t1, self.n_dot_v
-        )
+        return self.view_derivative[0]
 
     @stage
     def silhouettes(self) -> LineSet:
         """All of n.v = 0, from normals alone: the occluding contours and what a solid always hides of them."""
-        return zero_sets.contours(self.mesh.vertices, self.mesh.faces, self.n_dot_v, None)
+        return zero_sets.contours(self.mesh.vertices, self.surface.faces, self.n_dot_v, None)
 
     @stage
     def buffers(self) -> ViewBuffers:
@@ -97,8 +97,8 @@ class View:
     @stage
     def shaded(self) -> pixels.Images:
         """(6, H, W) max(n.v, 0) with normals smoothed at sigma = 0..5 median edges, background 1."""
-        mesh = self.mesh
-        return pixels.shade(self.buffers, mesh.faces, mesh.vertices, self.surface.smoothed_normals, self.eye)
+        normals, faces = self.surface.smoothed_normals, self.surface.faces
+        return pixels.shade(self.buffers, faces, self.mesh.vertices, normals, self.eye)
 
     def feature_map(self, family: LineFamily) -> Image:
         """(H, W) the quantity that a filtered family's threshold is compared with, on the seen surface; background 0.
@@ -111,7 +111,7 @@ class View:
         if family not in self._feature_maps:
             values, buffers = _FEATURES[family](self), self.buffers
             with timed(self.trace, f"feature_map_{family}"):
-                self._feature_maps[family] = pixels.interpolate(buffers, self.mesh.faces, values)
+                self._feature_maps[family] = pixels.interpolate(buffers, self.surface.faces, values)
         return self._feature_maps[family]
 
     def lines(self, family: LineFamily) -> LineSet:
@@ -121,56 +121,63 @@ class View:
                 self._lines[family] = _EXTRACTORS[family](self)
         return self._lines[family]
 
-    def visible(self, family: LineFamily) -> LineSet:
-        """The lines of a family at threshold 0, hidden parts cut away.
+    def candidates(self, family: LineFamily) -> LineSet:
+        """The lines of a family that may be seen, at threshold 0.
 
-        Occluding contours come from `silhouettes`: rays tell what is hidden, so curvature isn't needed.
+        They are `lines` except for occluding contours, which come from `silhouettes`: rays tell what is hidden, so
+        curvature isn't needed.
         """
-        from ncmodel.geometry.visibility import visible_pieces
+        if family is not LineFamily.CONTOURS:
+            return self.lines(family)
+        lines, mesh = self.silhouettes, self.mesh
+        if not self.surface.is_closed:
+            return lines  # seen from behind, a sheet has contours where a solid hides them
+        return lines.take(zero_sets.front_is_nearer(lines, mesh.vertices, mesh.faces, self.n_dot_v, self.eye))
 
+    def unhidden(self, lines: LineSet, sample_pixels: float = 1.0) -> LineSet:
+        """The parts of lines that the camera sees.
+
+        Args:
+            lines: Any lines on the surface.
+            sample_pixels: Distance along the picture of the points at which that is decided.
+        """
+        from ncmodel.geometry.visibility import MESH_EDGES, visible_pieces
+
+        if len(lines) == 0:
+            return lines
+        scene = self.surface.scene
+        normals = None if lines.family in MESH_EDGES else self.surface.normals
+        with timed(self.trace, f"visible_{lines.family}"):
+            return visible_pieces(lines, self.camera, scene, normals, sample_pixels)
+
+    def visible(self, family: LineFamily) -> LineSet:
+        """The lines of a family at threshold 0, hidden parts cut away."""
         if family not in self._visible:
-            lines = _unhidden_contours(self) if family is LineFamily.CONTOURS else self.lines(family)
-            scene = self.surface.scene
-            with timed(self.trace, f"visible_{family}"):
-                self._visible[family] = visible_pieces(lines, self.camera, scene, self.surface.normals)
+            self._visible[family] = self.unhidden(self.candidates(family))
         return self._visible[family]
 
 
-def _unhidden_contours(view: View) -> LineSet:
-    lines = view.silhouettes
-    if not view.surface.is_closed:
-        return lines  # seen from behind, a sheet has contours where a solid hides them
-    return lines.take(zero_sets.front_is_nearer(lines, view.mesh.vertices, view.mesh.faces, view.n_dot_v, view.eye))
-
-
 def _contours(view: View) -> LineSet:
-    return zero_sets.contours(view.mesh.vertices, view.mesh.faces, view.n_dot_v, view.kr)
+    return zero_sets.contours(view.mesh.vertices, view.surface.faces, view.n_dot_v, view.kr)
 
 
 def _suggestive(view: View) -> LineSet:
-    mesh, size = view.mesh, view.surface.feature_size
-    return zero_sets.suggestive_contours(mesh.vertices, mesh.faces, view.n_dot_v, view.kr, view.sc_num, size)
-
-
-def _apparent(view: View) -> LineSet:
-    mesh, size = view.mesh, view.surface.feature_size
-    return extrema.apparent_ridges(mesh.vertices, mesh.faces, view.q1, view.t1_in_space, view.dt1q1, size)
+    vertices, faces, size = view.mesh.vertices, view.surface.faces, view.surface.feature_size
+    return zero_sets.suggestive_contours(vertices, faces, view.n_dot_v, view.kr, view.sc_num, size)
 
 
 def _ridges(view: View) -> LineSet:
-    return _extremal(view, convex=True)
+    return extrema.facing_only(view.surface.ridges_and_valleys[0], view.surface.faces, view.n_dot_v)
 
 
 def _valleys(view: View) -> LineSet:
-    return _extremal(view, convex=False)
+    return extrema.facing_only(view.surface.ridges_and_valleys[1], view.surface.faces, view.n_dot_v)
 
 
-def _extremal(view: View, convex: bool) -> LineSet:
-    surface, mesh = view.surface, view.mesh
-    everywhere = extrema.ridges(
-        mesh.vertices, mesh.faces, surface.k1, surface.dir1, surface.dcurv[:, 0], surface.feature_size, convex
-    )
-    return extrema.facing_only(everywhere, mesh.faces, view.n_dot_v)
+def _apparent(view: View) -> LineSet:
+    vertices, faces, size = view.mesh.vertices, view.surface.faces, view.surface.feature_size
+    derivative, slope = view.view_derivative
+    return extrema.apparent_ridges(vertices, faces, view.q1, slope, derivative, size)
 
 
 def _boundaries(view: View) -> LineSet:
@@ -193,7 +200,7 @@ _EXTRACTORS: dict[LineFamily, Callable[[View], LineSet]] = {
 
 _FEATURES: dict[LineFamily, Callable[[View], Floats]] = {
     LineFamily.SUGGESTIVE: lambda view: view.sc_num,
-    LineFamily.RIDGES: lambda view: view.surface.k1,
+    LineFamily.RIDGES: lambda view: np.ascontiguousarray(view.surface.k1),
     LineFamily.VALLEYS: lambda view: -view.surface.k1,
     LineFamily.APPARENT: lambda view: view.q1,
 }

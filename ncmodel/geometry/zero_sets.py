@@ -3,12 +3,13 @@
 import numpy as np
 from numba import njit
 
+from ncmodel.geometry.areas import Indices
 from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mask
 
 _NONE = np.zeros(0)
 
 
-def contours(vertices: Floats, faces: Ints, n_dot_v: Floats, kr: Floats | None) -> LineSet:
+def contours(vertices: Floats, faces: Indices, n_dot_v: Floats, kr: Floats | None) -> LineSet:
     """Where the surface turns away from the eye.
 
     Args:
@@ -22,7 +23,7 @@ def contours(vertices: Floats, faces: Ints, n_dot_v: Floats, kr: Floats | None) 
     return LineSet(LineFamily.CONTOURS, points, index, ones, ones)
 
 
-def front_is_nearer(lines: LineSet, vertices: Floats, faces: Ints, n_dot_v: Floats, eye: Floats) -> Mask:
+def front_is_nearer(lines: LineSet, vertices: Floats, faces: Indices, n_dot_v: Floats, eye: Floats) -> Mask:
     """For contour segments (S,), whether the surface on their front-facing side lies towards the eye.
 
     n.v rises towards the eye exactly where the radial curvature is positive, so in a solid only these can be seen. It
@@ -37,7 +38,7 @@ def front_is_nearer(lines: LineSet, vertices: Floats, faces: Ints, n_dot_v: Floa
 
 
 def suggestive_contours(
-    vertices: Floats, faces: Ints, n_dot_v: Floats, kr: Floats, numerator: Floats, feature_size: float
+    vertices: Floats, faces: Indices, n_dot_v: Floats, kr: Floats, numerator: Floats, feature_size: float
 ) -> LineSet:
     """Where the surface would turn away if the eye moved a little: kr = 0, DwKr > 0.
 
@@ -55,7 +56,7 @@ def suggestive_contours(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _zero_set(
-    vertices: Floats, faces: Ints, value: Floats, numerator: Floats, denominator: Floats, culling: Floats
+    vertices: Floats, faces: Indices, value: Floats, numerator: Floats, denominator: Floats, culling: Floats
 ) -> tuple[Ints, Floats, Floats, Floats]:
     """Segments where `value` is 0 and `numerator` and `denominator` agree in sign.
 
@@ -106,9 +107,9 @@ def _zero_set(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _crossed_faces(faces: Ints, value: Floats, culling: Floats) -> Ints:
+def _crossed_faces(faces: Indices, value: Floats, culling: Floats) -> Indices:
     """Faces where `value` takes both signs and `culling`, if any, is somewhere positive."""
-    found = np.empty(len(faces), dtype=np.int64)
+    found = np.empty(len(faces), dtype=np.int32)
     size = 0
     for f in range(len(faces)):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
