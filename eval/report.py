@@ -78,9 +78,10 @@ def _near(lines: Lines, tolerance: float) -> Mask:
 
 
 def _thick(mask: Mask) -> Mask:
-    """Lines of one pixel made three wide, to be seen when the picture is scaled down."""
-    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
-    return np.asarray(cv2.dilate(mask.astype(np.uint8), cross) > 0)
+    """Lines of one pixel made as wide as they must be to show when the picture is scaled down to `PICTURE_SIDE`."""
+    side = 2 * max(1, round(max(mask.shape) / PICTURE_SIDE)) + 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+    return np.asarray(cv2.dilate(mask.astype(np.uint8), disc) > 0)
 
 
 def record(
@@ -136,7 +137,7 @@ def sections(methods: Comparison, album: Album, report: dict[str, object]) -> li
     summary: list[Block] = [comparison_table(methods, _CAPTION)]
     if failures:
         summary.append(Text(f"{len(failures)} not measured: {'; '.join(failures)}", "warning"))
-    summary.append(Facts([(name.replace("_", " "), str(value)) for name, value in settings.items()]))
+    summary.append(Facts([(name.replace("_", " "), _in_words(value)) for name, value in settings.items()]))
     pictures: list[Block] = [Text(LEGEND, "note")]
     pictures += [Grid(tiles, name, columns=4, max_side=PICTURE_SIDE) for name, tiles in album.rows.items()]
     return [
@@ -144,6 +145,10 @@ def sections(methods: Comparison, album: Album, report: dict[str, object]) -> li
         Section("Drawings", [Fold(f"All {len(evaluation.scores)} comparisons", [scores_table(evaluation)])]),
         Section("Pictures", pictures),
     ]
+
+
+def _in_words(value: float | bool) -> str:
+    return ("no", "yes")[value] if isinstance(value, bool) else f"{value:g}"
 
 
 def scores_table(evaluation: Evaluation) -> Table:

@@ -191,12 +191,16 @@ def comparison_text(comparison: Comparison) -> str:
         mean = comparison.mean(method)
         cells = [shown(m, getattr(mean, m)) + ("*" if method in best[m] else " ") for m in COLUMNS]
         rows.append([method, *cells])
+    return text_table(rows)
+
+
+def text_table(rows: Sequence[Sequence[str]]) -> str:
+    """Rows of equal length as lines with aligned columns: the first to the left, the others, numbers, to the right."""
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    lines = (
+    return "\n".join(
         "  ".join([row[0].ljust(widths[0]), *(c.rjust(w) for c, w in zip(row[1:], widths[1:], strict=True))])
         for row in rows
     )
-    return "\n".join(lines)
 
 
 def difference_table(comparison: Comparison, first: str, measure: str = "f1", caption: str = "") -> Table:

@@ -1,6 +1,7 @@
 """The baselines: what they draw, and searches that find what they should."""
 
 from itertools import pairwise, product
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,15 +10,16 @@ from eval.baselines import canny, grid, rtsc
 from eval.baselines.rtsc import AR, METHODS, RV, SC, RtscSettings
 from eval.evaluation import Settings, Target
 from eval.metrics import Lines, chamfer_distance
+from eval.raster import read_ink
 from ncmodel.camera import Camera
-from ncmodel.geometry.mesh import make_mesh
+from ncmodel.geometry.mesh import load_mesh, make_mesh
 from ncmodel.geometry.surface import Surface
 from ncmodel.geometry.view import View
 from ncmodel.types import Floats, Image, LineFamily, Thresholds
 from tests.analytic import height_field
 
 SIZE = (160, 120)
-LEVELS = 6
+LEVELS = 11
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +60,22 @@ def test_higher_thresholds_only_take_away(view: View) -> None:
         inks = [rtsc.layer(view, family, threshold) for threshold in (0.0, 0.01, 0.1, 1.0)]
         assert all((more >= less).all() for more, less in pairwise(inks))
         assert inks[0].sum() > inks[2].sum()
+
+
+@pytest.mark.parametrize("shape", ["bumpy_sphere", "torus"])
+@pytest.mark.parametrize(
+    ("picture", "families"),
+    [("contours", ()), ("apparent", AR), ("contours_ridges_valleys", RV), ("contours_suggestive", SC)],
+)
+def test_the_classic_program_s_drawings_are_matched(
+    shared: Path, shape: str, picture: str, families: tuple[LineFamily, ...]
+) -> None:
+    reference = shared / "reference"
+    mesh = load_mesh(reference / f"{shape}.ply")
+    ink = rtsc.draw(View(Surface(mesh), Camera.load(reference / f"{shape}.camera.json")), RtscSettings(families))
+    target = Target.of(shape, {"rtsc": read_ink(reference / f"{shape}_{picture}.png")}, Settings(2.0))
+    found = target.scores(target.prepare(ink))[0].measures
+    assert min(found.precision, found.recall) > 0.98
 
 
 def test_a_family_without_threshold_is_left_out(view: View) -> None:
@@ -132,17 +150,17 @@ def test_costs_of_unions_equal_those_of_the_drawn_unions(shares: tuple[float, fl
 @pytest.fixture(scope="module")
 def found(view: View) -> grid.Search:
     """A search for a drawing of suggestive contours and apparent ridges at two of the levels."""
-    truth = RtscSettings(SC + AR, Thresholds(suggestive=0.2, apparent=0.4))
+    truth = RtscSettings(SC + AR, Thresholds(suggestive=0.1, apparent=0.1))
     return grid.search([(view, target_of(rtsc.draw(view, truth)))], LEVELS)
 
 
 def test_the_grid_search_finds_the_thresholds_that_drew_the_reference(found: grid.Search) -> None:
-    assert found.levels == pytest.approx((0.0, 0.2, 0.4, 0.6, 0.8, 1.0))
+    assert found.levels == pytest.approx(np.linspace(0, 1, LEVELS))
     both = found.best(SC, AR)
     assert both.families == SC + AR
-    assert (both.thresholds.suggestive, both.thresholds.apparent) == pytest.approx((0.2, 0.4))
+    assert (both.thresholds.suggestive, both.thresholds.apparent) == pytest.approx((0.1, 0.1))
     assert both.thresholds.ridges is None
-    assert found.costs[1, LEVELS, 2] < 0.1
+    assert found.costs[1, LEVELS, 1] < 0.1
 
 
 def test_every_variant_draws_its_families_at_the_best_of_its_levels(found: grid.Search, view: View) -> None:
@@ -156,7 +174,7 @@ def test_every_variant_draws_its_families_at_the_best_of_its_levels(found: grid.
 
 
 def test_costs_are_close_to_those_of_the_final_drawings(found: grid.Search, view: View) -> None:
-    truth = rtsc.draw(view, RtscSettings(SC + AR, Thresholds(suggestive=0.2, apparent=0.4)))
+    truth = rtsc.draw(view, RtscSettings(SC + AR, Thresholds(suggestive=0.1, apparent=0.1)))
     target = target_of(truth)
     for index in [(0, 0, 0), (1, 2, 3), (5, 1, 2), (2, 5, 5)]:
         s, r, a = (found.levels[place] for place in index)
