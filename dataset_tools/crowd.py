@@ -12,6 +12,7 @@ from dataset_tools.questionnaire import Item, Key, Scheme
 from dataset_tools.results import Answered, Problem, read_csv_results
 from dataset_tools.sentinels import Drawing, artists_drawings
 from dataset_tools.simulate import Crowd, Distances, answer_all, make_crowd, write_results
+from dataset_tools.site_results import is_database, read_site_results
 from dataset_tools.spread import varied
 from dataset_tools.votes import Ingested, ingest
 from ncmodel.errors import NeuralContoursError, UsageError
@@ -115,6 +116,6 @@ def ingest_results(batch_dir: Path, results: Sequence[Path], out: Path) -> Inges
 def _read_all(results: Iterable[Path]) -> Iterator[Answered | Problem]:
     for path in results:
         try:
-            yield from read_csv_results(path)
+            yield from read_site_results(path) if is_database(path) else read_csv_results(path)
         except NeuralContoursError as error:
             yield Problem(str(path), str(error).removeprefix(f"{path}: "))

@@ -135,7 +135,6 @@ def fragment(
     text: Wording,
     drawing_size: Size,
     render_size: Size,
-    inline: bool = True,
 ) -> str:
     """A questionnaire as an HTML fragment, to stand in a form.
 
@@ -145,7 +144,6 @@ def fragment(
         text: What it says.
         drawing_size: (width, height) of the drawings.
         render_size: (width, height) of the renders.
-        inline: Bring styles and script along; otherwise the page around it does.
     """
     return render(
         "questionnaire.html.j2",
@@ -154,7 +152,6 @@ def fragment(
         text=text,
         drawing_shape=f"{drawing_size[0]}/{drawing_size[1]}",
         render_shape=f"{render_size[0]}/{render_size[1]}",
-        inline=inline,
         style=_inline("questionnaire.css"),
         script=_inline("questionnaire.js"),
     )

@@ -157,21 +157,35 @@ class Key:
         Raises:
             InputError: There is none, or it isn't one.
         """
-        path = Path(batch_dir) / KEY_NAME
+        record = read_key(batch_dir)
         try:
-            record = json.loads(path.read_text(encoding="utf-8"))
             listed = record.pop("questionnaires")
             questionnaires = {name: _questionnaire(name, entry["questions"]) for name, entry in listed.items()}
-        except OSError as error:
-            raise InputError(
-                path, f"can't be read ({error.strerror})", "the key of a batch of questionnaires"
-            ) from error
         except (ValueError, KeyError, TypeError, AttributeError) as error:
-            found = f"not a key ({type(error).__name__}: {error})"
-            raise InputError(
-                path, found, "an object with `questionnaires`, as `ncontours crowd build` writes it"
-            ) from error
+            found = f"not a key of 8-drawing questions ({type(error).__name__}: {error})"
+            raise InputError(Path(batch_dir) / KEY_NAME, found, "a key that `ncontours crowd build` wrote") from error
         return Key(questionnaires, record)
+
+
+def read_key(batch_dir: str | Path) -> dict[str, Any]:
+    """The key of a batch folder as it is, whatever is asked there.
+
+    Raises:
+        InputError: There is none, or it isn't one.
+    """
+    path = Path(batch_dir) / KEY_NAME
+    expected = "the key of a batch of questionnaires"
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(path, f"can't be read ({error.strerror})", expected) from error
+    except ValueError as error:
+        raise InputError(path, f"not JSON ({error})", expected) from error
+    listed = record.get("questionnaires") if isinstance(record, dict) else None
+    entries = listed.values() if isinstance(listed, dict) else [None]
+    if not all(isinstance(entry, dict) and isinstance(entry.get("questions"), list) for entry in entries):
+        raise InputError(path, "no questionnaires", expected)
+    return dict(record)
 
 
 class Tokens:

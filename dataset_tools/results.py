@@ -18,6 +18,9 @@ from ncmodel.errors import InputError
 SIMULATED = "simulated participant"
 """What `RequesterAnnotation` says where nobody answered."""
 
+SITE = "self-hosted site"
+"""What it says in the download of this project's own site."""
+
 MAX_FIELD = 256 * 1024 * 1024
 """Characters in one field; embedded pictures make long ones."""
 
@@ -151,6 +154,8 @@ def _row(where: str, row: Mapping[str, str]) -> Answered | Problem:
 def _source(row: Mapping[str, str]) -> str:
     if row.get("RequesterAnnotation", "").strip() == SIMULATED:
         return "simulated"
+    if row.get("RequesterAnnotation", "").strip() == SITE:
+        return "site"
     return "turkle" if "Turkle.Username" in row else "mturk"
 
 
@@ -191,8 +196,11 @@ def parse_seconds(text: str) -> dict[str, float]:
         record = json.loads(text) if text else {}
     except (ValueError, RecursionError):
         return {}
-    if not isinstance(record, dict):
-        return {}
+    return sensible_seconds(record) if isinstance(record, dict) else {}
+
+
+def sensible_seconds(record: Mapping[str, object]) -> dict[str, float]:
+    """The entries that are times a question can take."""
     numbers = {name: value for name, value in record.items() if isinstance(value, int | float)}
     return {name: float(value) for name, value in numbers.items() if 0 <= value <= MAX_SECONDS}
 

@@ -40,7 +40,7 @@ RenderSide = Annotated[int, typer.Option(help="Longest side of a render, pixels.
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
     group = typer.Typer(help="Questionnaires for people, and ranking pairs from their votes.", no_args_is_help=True)
-    for command in (build, simulate, ingest, aggregate):
+    for command in (build, serve, simulate, ingest, aggregate):
         group.command(command.__name__)(command)
     app.add_typer(group, name="crowd")
 
@@ -80,6 +80,56 @@ def _emit_built(built: Any, batch_dir: Path, as_json: bool) -> None:
         f"{built.items} items, in {batch_dir}"
     )
     emit(asdict(built), as_json, text)
+
+
+def serve(
+    batch_dir: BatchDir,
+    db: Annotated[Path, typer.Option(help="Database of answers; made if there is none.")],
+    port: Annotated[int, typer.Option(help="Port to listen on; 0 takes a free one.", min=0, max=65535)] = 8000,
+    host: Annotated[str, typer.Option(help="Address to listen on.")] = "127.0.0.1",
+    public_url: Annotated[
+        str, typer.Option(help="The address that participants use, where a proxy stands before.")
+    ] = "",
+    parameters: Annotated[
+        str, typer.Option(help="Recruiting parameters in the link; the first says who the participant is.")
+    ] = "PROLIFIC_PID,STUDY_ID,SESSION_ID",
+    open_to_all: Annotated[bool, typer.Option(help="Let people without that parameter take part.")] = False,
+    completion_code: Annotated[str, typer.Option(help="Code to show at the end.")] = "",
+    completion_url: Annotated[
+        str, typer.Option(help="Where the end page leads; {code} is the code.")
+    ] = "https://app.prolific.com/submissions/complete?cc={code}",
+    consent: Annotated[Path | None, typer.Option(help="Text file of the consent page, a paragraph a line.")] = None,
+    contact: Annotated[str, typer.Option(help="Whom participants ask.")] = "",
+    places: Annotated[int, typer.Option(help="Participants wanted for each questionnaire.", min=1)] = 1,
+    abandoned_after: Annotated[
+        float, typer.Option(help="Minutes after which an idle questionnaire is given away.")
+    ] = 60.0,
+    replace_unreliable: Annotated[
+        bool, typer.Option(help="Offer unreliable participants' questionnaires again.")
+    ] = False,
+    token_file: Annotated[
+        Path | None, typer.Option(help="File with the requester's token; DB.token by default.")
+    ] = None,
+) -> None:
+    """Serve a batch as a web site of its own, for participants of Prolific or anybody with the link."""
+    from dataset_tools.site import CONSENT, Settings
+    from dataset_tools.site_server import SiteFiles, read_consent, site_parameters
+    from dataset_tools.site_server import serve as serve_site
+    from dataset_tools.site_store import Policy
+
+    if abandoned_after <= 0:
+        raise UsageError(f"--abandoned-after is {abandoned_after}, expected minutes > 0")
+    settings = Settings(
+        parameters=site_parameters(parameters),
+        open_to_all=open_to_all,
+        completion_code=completion_code,
+        completion_url=completion_url,
+        consent=read_consent(consent) if consent else CONSENT,
+        contact=contact,
+        public_url=public_url.rstrip("/"),
+    )
+    files = SiteFiles(batch_dir, db, token_file or db.with_name(db.name + ".token"))
+    serve_site(files, settings, Policy(places, 60 * abandoned_after, replace_unreliable), host, port)
 
 
 def simulate(

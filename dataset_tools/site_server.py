@@ -1,0 +1,151 @@
+"""The site put together and served."""
+
+import os
+import re
+import secrets
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+
+from dataset_tools.questionnaire import read_key
+from dataset_tools.site import Limits, Settings, Site
+from dataset_tools.site_admin import Admin
+from dataset_tools.site_batch import SiteBatch
+from dataset_tools.site_guard import Guard
+from dataset_tools.site_store import Policy, SiteStore
+from ncmodel.errors import InputError, UsageError
+
+
+@dataclass(frozen=True)
+class SiteFiles:
+    """Where a site's files are.
+
+    Attributes:
+        batch_dir: The batch.
+        database: What was answered.
+        token: The file with the requester's token; made with a new one if there is none.
+    """
+
+    batch_dir: Path
+    database: Path
+    token: Path
+
+
+def make_app(
+    files: SiteFiles, settings: Settings, policy: Policy, limits: Limits | None = None
+) -> tuple[Starlette, SiteStore]:
+    """The site as an ASGI application, and its store, which the caller closes.
+
+    Raises:
+        InputError: The batch or the database can't be used.
+    """
+    limits = limits or Limits()
+    batch = SiteBatch(files.batch_dir)
+    store = SiteStore(files.database, batch.identifiers, policy, time.time)
+    site = Site(batch, store, settings, limits)
+    secure = settings.public_url.startswith("https:")
+    token = read_token(files.token)
+    admin = Admin(store, files.database, _subjects(files.batch_dir), token, policy.places, limits.logins, secure)
+    guard = Middleware(Guard, public_url=settings.public_url)
+    return Starlette(routes=[*site.routes(), *admin.routes()], middleware=[guard]), store
+
+
+def _subjects(batch_dir: Path) -> dict[str, list[str]]:
+    """Questionnaire -> what it asks about, sentinels excluded."""
+    listed: Mapping[str, Mapping[str, Sequence[Mapping[str, object]]]] = read_key(batch_dir)["questionnaires"]
+    return {
+        name: [
+            f"{question.get('shape')} {question.get('view')}"
+            for question in entry["questions"]
+            if not question.get("sentinel")
+        ]
+        for name, entry in listed.items()
+    }
+
+
+def read_token(path: Path) -> str:
+    """The requester's token; a new one, in a file that only its owner reads, if there is none.
+
+    Raises:
+        UsageError: The file holds something too short to be safe.
+    """
+    if not path.exists():
+        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(secrets.token_urlsafe(24) + "\n")
+    token = path.read_text(encoding="utf-8").strip()
+    if len(token) < 16:
+        raise UsageError(f"{path}: a token of {len(token)} characters, expected 16 or more")
+    return token
+
+
+def serve(files: SiteFiles, settings: Settings, policy: Policy, host: str, port: int) -> None:
+    """Serve the site until interrupted.
+
+    Raises:
+        InputError: The batch or the database can't be used.
+        UsageError: The address can't be listened on.
+    """
+    import uvicorn
+
+    app, store = make_app(files, settings, policy)
+    # Addresses of requests hold participants' numbers, so none are logged. Only a proxy that the requester named is
+    # believed when it says where a request comes from.
+    config = uvicorn.Config(
+        app, host=host, port=port, log_level="warning", access_log=False, server_header=False,
+        proxy_headers=bool(settings.public_url), timeout_keep_alive=30, limit_concurrency=2000,
+    )  # fmt: skip
+    try:
+        socket = config.bind_socket()
+    except SystemExit as error:
+        raise UsageError(f"--port: {host}:{port} can't be listened on, expected a free port") from error
+    sys.stderr.write(_greeting(host, socket.getsockname()[1], settings, files))
+    try:
+        uvicorn.Server(config).run(sockets=[socket])
+    finally:
+        store.close()
+
+
+def site_parameters(text: str) -> tuple[str, ...]:
+    """Names of recruiting parameters from a comma-separated list.
+
+    Raises:
+        UsageError: There is none, or one can't stand in a link.
+    """
+    names = tuple(name.strip() for name in text.split(",") if name.strip())
+    if not names or not all(re.fullmatch(r"\w{1,60}", name) for name in names):
+        raise UsageError(f"--parameters: found {text!r}, expected names of letters, digits and _, separated by commas")
+    return names
+
+
+def read_consent(path: Path) -> tuple[str, ...]:
+    """The paragraphs of a consent text.
+
+    Raises:
+        InputError: It can't be read or is empty.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(path, f"can't be read ({error})", "a text file in UTF-8") from error
+    paragraphs = tuple(line.strip() for line in lines if line.strip())
+    if not paragraphs:
+        raise InputError(path, "no text", "what participants agree to")
+    return paragraphs
+
+
+def _greeting(host: str, port: int, settings: Settings, files: SiteFiles) -> str:
+    here = f"http://{f'[{host}]' if ':' in host else host}:{port}"
+    link = f"{settings.public_url or here}/?" + "&".join(f"{name}=..." for name in settings.parameters)
+    lines = [f"participants: {link}", f"requester: {settings.public_url or here}/admin, token in {files.token}"]
+    if not settings.public_url:
+        lines.append(
+            "only this machine can reach it; to open it to others put a proxy with TLS (caddy, nginx) before this "
+            "address and start again with --public-url https://YOUR.HOST"
+        )
+    return "".join(f"{line}\n" for line in lines)
