@@ -1,83 +1,178 @@
-"""The benchmark's tables, plots and pages: speed, its growth, and what accuracy costs."""
+"""The benchmark's tables, plots and page: speed, its growth, and what accuracy costs."""
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from eval.processes import ProcessRun
 from eval.scaling import CLASSIC, Scaling
+from eval.tables import text_table
+from eval.tradeoff import BEST, NEAR, Effort, mean_efforts
 from ncmodel.files import write_text
 from ncmodel.plots import Axis, Series, line_plot
-from ncmodel.report import Cell, Section, Table, Text, write_report
+from ncmodel.report import Block, Cell, Fold, Section, Table, Text, write_report
+
+LEAD = (
+    "Speed of the geometry stages and of whole commands over the size of the mesh, and what the faster presets cost in "
+    "accuracy. Times hold for the machine they were taken on."
+)
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Everything that was measured.
+
+    Attributes:
+        scaling: Stages over face counts.
+        processes: Whole commands over face counts.
+        efforts: Shapes at each preset.
+        machine: What it ran on.
+    """
+
+    scaling: Sequence[Scaling]
+    processes: Sequence[ProcessRun]
+    efforts: Sequence[Effort]
+    machine: Mapping[str, str]
+
+    def to_record(self) -> dict[str, object]:
+        """All numbers as one JSON object."""
+        return {
+            "machine": dict(self.machine),
+            "scaling": [_scaling_record(stage) for stage in self.scaling],
+            "processes": [asdict(run) for run in self.processes],
+            "presets": [asdict(effort) for effort in self.efforts],
+        }
+
+    def to_text(self) -> str:
+        """The tables for a terminal."""
+        tables = (scaling_rows(self.scaling), process_rows(self.processes), effort_rows(mean_efforts(self.efforts)))
+        return "\n\n".join(text_table(rows) for rows in tables)
+
+    def sections(self) -> list[Section]:
+        """The parts of the page."""
+        return [_scaling_section(self.scaling), _process_section(self.processes), _effort_section(self.efforts)]
+
+    def write(self, folder: Path) -> None:
+        """Write bench.json and bench.html into a folder, which is made if needed."""
+        folder.mkdir(parents=True, exist_ok=True)
+        write_text(folder / "bench.json", json.dumps(self.to_record(), indent=1, allow_nan=False) + "\n")
+        machine = ", ".join(f"{name} {value}" for name, value in self.machine.items())
+        write_report(folder / "bench.html", "Benchmark", self.sections(), f"{LEAD} ({machine}.)")
 
 
 def scaling_rows(times: Sequence[Scaling]) -> list[list[str]]:
-    """The table of stages as text: one row a stage, milliseconds a size, the classic program's beside them."""
+    """One row a stage: milliseconds at every size, their growth, and the classic program's milliseconds."""
     sizes = list(times[0].milliseconds)
     classic = sorted({faces for row in CLASSIC.values() for faces in row})
-    head = ["stage", *(_thousands(size) for size in sizes), "growth", *(f"C++ {_thousands(size)}" for size in classic)]
-    rows = [head]
+    rows = [["stage (ms)", *map(_faces, sizes), "growth", *(f"C++ {_faces(size)}" for size in classic)]]
     for time in times:
         published = CLASSIC.get(time.stage, {})
-        ours = [_milliseconds(time.milliseconds[size]) for size in sizes]
-        theirs = [_milliseconds(published[size]) if size in published else "" for size in classic]
-        rows.append([time.stage, *ours, _exponent(time.exponent), *theirs])
+        ours = [_three_digits(time.milliseconds[size]) for size in sizes]
+        theirs = [_three_digits(published[size]) if size in published else "" for size in classic]
+        rows.append([time.stage, *ours, "" if math.isnan(time.exponent) else f"{time.exponent:.2f}", *theirs])
     return rows
 
 
-def scaling_section(times: Sequence[Scaling]) -> Section:
-    """Stages over face counts: table and plot."""
-    head, *body = scaling_rows(times)
-    cells: list[list[Cell | str]] = [[row[0], *(Cell(text, _number(text)) for text in row[1:])] for row in body]
+def process_rows(runs: Sequence[ProcessRun]) -> list[list[str]]:
+    """One row a run of the command."""
+    head = ["ncontours draw", "faces", "seconds", "processor s", "peak MB"]
+    return [
+        head,
+        *(
+            [
+                run.case,
+                _faces(run.faces),
+                f"{run.seconds:.2f}",
+                f"{run.processor_seconds:.2f}",
+                f"{run.peak_megabytes:.0f}",
+            ]
+            for run in runs
+        ),
+    ]
+
+
+def effort_rows(efforts: Sequence[Effort]) -> list[list[str]]:
+    """One row a shape and preset."""
+    head = ["shape", "preset", "ms", f"F1 in {NEAR:g} px", "Chamfer px", "strokes", "SVG kB"]
+    return [head, *(_effort_row(effort) for effort in efforts)]
+
+
+def _effort_row(effort: Effort) -> list[str]:
+    return [
+        effort.shape,
+        effort.preset,
+        _three_digits(1000.0 * effort.seconds),
+        f"{100.0 * effort.f1:.2f}",
+        f"{effort.chamfer:.3f}",
+        str(effort.strokes),
+        _three_digits(effort.kilobytes),
+    ]
+
+
+def _scaling_section(times: Sequence[Scaling]) -> Section:
     series = [
         Series(time.stage, list(time.milliseconds), list(time.milliseconds.values()), style="line+points")
         for time in times
     ]
-    return Section(
-        "Geometry, stage by stage",
-        [
-            Text(
-                "Milliseconds of processor time (all threads) on a closed surface with lines of every family; the "
-                "fastest of several runs. Growth is p of time ~ faces^p: 1 is linear. C++ is the classic program, one "
-                "thread, on the same kind of machine."
-            ),
-            Table(head, cells, "Milliseconds by number of faces."),
-            line_plot(series, Axis("faces", "log"), Axis("milliseconds", "log"), size=(7.0, 4.2)),
-        ],
+    text = (
+        "Milliseconds of processor time (all threads) on a closed surface with lines of every family; the fastest of "
+        "several runs. Growth is p of time ~ faces^p: 1 is linear. C++ is the classic program, one thread, on the same "
+        "kind of machine."
     )
+    plot = line_plot(series, Axis("faces", "log"), Axis("milliseconds", "log"), size=(7.0, 4.4))
+    return Section("Geometry, stage by stage", [Text(text), _table(scaling_rows(times)), plot])
 
 
-def write_bench(folder: Path, sections: Sequence[Section], record: dict[str, object], lead: str) -> None:
-    """Write bench.json and bench.html into a folder, which is made if needed."""
-    folder.mkdir(parents=True, exist_ok=True)
-    write_text(folder / "bench.json", json.dumps(record, indent=1, allow_nan=False) + "\n")
-    write_report(folder / "bench.html", "Benchmark", sections, lead)
+def _process_section(runs: Sequence[ProcessRun]) -> Section:
+    text = "Whole processes, start-up and reading of the mesh included; the faster of two runs, so with warm caches."
+    blocks: list[Block] = [Text(text), _table(process_rows(runs))]
+    for label, measure in (("seconds", "seconds"), ("peak memory, MB", "peak_megabytes")):
+        series = []
+        for case in dict.fromkeys(run.case for run in runs):
+            mine = [run for run in runs if run.case == case]
+            values = [float(getattr(run, measure)) for run in mine]
+            series.append(Series(case, [run.faces for run in mine], values, style="line+points"))
+        blocks.append(line_plot(series, Axis("faces", "log"), Axis(label)))
+    return Section("The whole command", blocks)
 
 
-def scaling_record(times: Sequence[Scaling]) -> list[dict[str, object]]:
-    """The times as JSON objects, one a stage."""
-    return [
-        {
-            "stage": time.stage,
-            "milliseconds": {str(faces): value for faces, value in time.milliseconds.items()},
-            "exponent": None if math.isnan(time.exponent) else time.exponent,
-            "classic_milliseconds": {str(faces): value for faces, value in CLASSIC.get(time.stage, {}).items()},
-        }
-        for time in times
-    ]
+def _effort_section(efforts: Sequence[Effort]) -> Section:
+    text = (
+        "From mesh to SVG, all families, at each preset; F1 and Chamfer distance are between its lines and those of "
+        f"the preset '{BEST}'."
+    )
+    means = _table(effort_rows(mean_efforts(efforts)))
+    return Section("Speed against accuracy", [Text(text), means, Fold("Each shape", [_table(effort_rows(efforts))])])
 
 
-def _thousands(faces: int) -> str:
-    return f"{faces / 1e6:.3g}M" if faces >= 950_000 else f"{faces / 1e3:.3g}k"
+def _table(rows: Sequence[Sequence[str]]) -> Table:
+    head, *body = rows
+    return Table(head, [[Cell(text, _number(text)) for text in row] for row in body])
 
 
-def _milliseconds(value: float) -> str:
+def _scaling_record(time: Scaling) -> dict[str, object]:
+    return {
+        "stage": time.stage,
+        "milliseconds": {str(faces): value for faces, value in time.milliseconds.items()},
+        "exponent": None if math.isnan(time.exponent) else time.exponent,
+        "classic_milliseconds": {str(faces): value for faces, value in CLASSIC.get(time.stage, {}).items()},
+    }
+
+
+def _faces(count: int) -> str:
+    return f"{count / 1e6:.3g}M" if count >= 950_000 else f"{count / 1e3:.3g}k"
+
+
+def _three_digits(value: float) -> str:
     return f"{value:.1f}" if value < 100.0 else f"{value:.0f}"
 
 
-def _exponent(value: float) -> str:
-    return "" if math.isnan(value) else f"{value:.2f}"
-
-
 def _number(text: str) -> float | None:
-    return float(text) if text else None
+    """What a cell is sorted by, thousands and millions written out; `None` for words."""
+    scale = {"k": 1e3, "M": 1e6}.get(text[-1:], 1.0)
+    try:
+        return scale * float(text.rstrip("kM"))
+    except ValueError:
+        return None

@@ -10,6 +10,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from eval.scaling import bumpy_torus
+from ncmodel.errors import NeuralContoursError
 from ncmodel.types import LineFamily, Mesh
 
 CASES: Mapping[str, str] = {
@@ -62,7 +63,7 @@ def run_command(arguments: Sequence[str], case: str, faces: int) -> ProcessRun:
     """Run `ncontours` with some arguments in a process of its own and account for it.
 
     Raises:
-        RuntimeError: The command failed; with what it said.
+        NeuralContoursError: The command failed; with what it said.
     """
     begin = time.perf_counter()
     process = subprocess.Popen(
@@ -78,7 +79,9 @@ def run_command(arguments: Sequence[str], case: str, faces: int) -> ProcessRun:
     seconds = time.perf_counter() - begin
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode != 0:
-        raise RuntimeError(f"ncontours {' '.join(arguments)} exited with {process.returncode}: {complaint.strip()}")
+        raise NeuralContoursError(
+            f"ncontours {' '.join(arguments)} exited with {process.returncode}: {complaint.strip()}"
+        )
     return ProcessRun(case, faces, seconds, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024.0)
 
 

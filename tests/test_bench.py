@@ -7,10 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from eval.bench import scaling_record, scaling_rows, scaling_section, write_bench
-from eval.processes import run_command, write_ply
+from eval.bench import Bench, effort_rows, scaling_rows
+from eval.processes import ProcessRun, run_command, write_ply
 from eval.scaling import CLASSIC, EXTRACTED, Scaling, bumpy_torus, measure_scaling, stages
+from eval.tradeoff import Effort, mean_efforts, measure_presets
 from ncmodel.camera import Camera
+from ncmodel.draw import PRESETS
+from ncmodel.errors import NeuralContoursError
 from ncmodel.geometry.mesh import load_mesh
 from ncmodel.geometry.surface import Surface
 from ncmodel.geometry.view import View
@@ -55,25 +58,62 @@ def test_all_stages_are_measured_at_all_sizes() -> None:
         assert all(value > 0.0 for value in time.milliseconds.values()), time.stage
 
 
-TIMES = [
-    Scaling("curvature", {10_000: 1.0, 1_000_000: 123.4}),
-    Scaling("rays", {10_000: 5.0, 1_000_000: 5.0}),
-]
+BENCH = Bench(
+    scaling=[Scaling("curvature", {10_000: 1.0, 1_000_000: 123.4}), Scaling("rays", {10_000: 5.0, 1_000_000: 5.0})],
+    processes=[ProcessRun("contours", 10_000, 0.5, 0.6, 120.0), ProcessRun("contours", 1_000_000, 3.0, 3.5, 900.0)],
+    efforts=[
+        Effort("cow", "draft", 0.01, 0.98, 0.2, 100, 30.0),
+        Effort("cow", "accurate", 0.04, 1.0, 0.0, 101, 31.0),
+        Effort("bone", "draft", 0.03, 1.0, 0.4, 11, 10.0),
+        Effort("bone", "accurate", 0.06, 1.0, 0.0, 12, 11.0),
+    ],
+    machine={"processors": "2"},
+)
 
 
 def test_the_table_sets_published_numbers_beside_ours() -> None:
-    head, curvature, rays = scaling_rows(TIMES)
-    assert head == ["stage", "10k", "1M", "growth", "C++ 100k", "C++ 1M"]
+    head, curvature, rays = scaling_rows(BENCH.scaling)
+    assert head == ["stage (ms)", "10k", "1M", "growth", "C++ 100k", "C++ 1M"]
     assert curvature == ["curvature", "1.0", "123", "1.05", "28.0", "272"]
     assert rays == ["rays", "5.0", "5.0", "0.00", "", ""]
 
 
+def test_presets_are_averaged_over_shapes() -> None:
+    draft, accurate = mean_efforts(BENCH.efforts)
+    assert (draft.preset, draft.strokes, accurate.preset) == ("draft", 56, "accurate")
+    assert (draft.seconds, draft.f1, draft.chamfer) == pytest.approx((0.02, 0.99, 0.3))
+    assert effort_rows([draft])[1] == ["mean", "draft", "20.0", "99.00", "0.300", "56", "20.0"]
+
+
 def test_the_files_hold_numbers_and_a_page(tmp_path: Path) -> None:
-    write_bench(tmp_path / "out", [scaling_section(TIMES)], {"scaling": scaling_record(TIMES)}, "lead")
+    BENCH.write(tmp_path / "out")
     record = json.loads((tmp_path / "out" / "bench.json").read_text())
+    assert record == BENCH.to_record()
     assert record["scaling"][0]["milliseconds"] == {"10000": 1.0, "1000000": 123.4}
     assert record["scaling"][0]["classic_milliseconds"]["1000000"] == 272.0
-    assert "<svg" in (tmp_path / "out" / "bench.html").read_text(encoding="utf-8")
+    page = (tmp_path / "out" / "bench.html").read_text(encoding="utf-8")
+    assert page.count("<svg") == 3
+    assert 'data-value="1000000.0">1M' in page
+
+
+def test_the_text_holds_all_tables() -> None:
+    words = BENCH.to_text().split()
+    assert {"curvature", "contours", "accurate"} <= set(words)
+
+
+def test_every_preset_is_compared_with_the_most_accurate_one() -> None:
+    mesh = bumpy_torus(2_000)
+    notes: list[str] = []
+    efforts = measure_presets([mesh], notes.append)
+    assert notes == [mesh.name]
+    assert [effort.preset for effort in efforts] == list(PRESETS)
+    best = efforts[-1]
+    assert (best.f1, best.chamfer) == (1.0, 0.0)
+    for effort in efforts:
+        assert effort.f1 > 0.95
+        assert effort.chamfer < 0.5
+        assert effort.seconds > 0.0
+        assert effort.strokes > 10
 
 
 def test_a_written_mesh_is_read_back(tmp_path: Path) -> None:
@@ -90,5 +130,5 @@ def test_a_process_is_accounted_for() -> None:
 
 
 def test_a_failing_process_says_why() -> None:
-    with pytest.raises(RuntimeError, match=r"exited with 2: ncontours: .*no-such-command"):
+    with pytest.raises(NeuralContoursError, match=r"exited with 2: ncontours: .*no-such-command"):
         run_command(["no-such-command"], "x", 0)
