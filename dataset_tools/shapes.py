@@ -46,8 +46,14 @@ def make_shape(kind: str, number: int, seed: int = 0) -> Mesh:
 
 def make_shapes(count: int, seed: int = 0) -> list[Mesh]:
     """The first `count` shapes, going round the kinds."""
+    names = (name.rsplit("_", 1) for name in shape_names(count))
+    return [make_shape(kind, int(number), seed) for kind, number in names]
+
+
+def shape_names(count: int) -> list[str]:
+    """The names of the first `count` shapes."""
     kinds = list(KINDS)
-    return [make_shape(kinds[i % len(kinds)], i // len(kinds), seed) for i in range(count)]
+    return [f"{kinds[i % len(kinds)]}_{i // len(kinds)}" for i in range(count)]
 
 
 def _blend(parts: Parts, radius: float) -> tuple[Floats, Ints]:

@@ -1,0 +1,157 @@
+"""`ncontours demo`: the whole road, from mesh files to an evaluated model, on meshes that installed packages bundle."""
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from ncmodel.cli.common import emit
+from ncmodel.cli.stage_runner import Measured, Stage, command_stage, run_stages
+from ncmodel.errors import InputError, UsageError
+from ncmodel.files import write_bytes, write_text
+
+REAL_HELD_OUT = ("bunny", "cow")
+"""Real meshes that training never sees."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How much the demo does.
+
+    Attributes:
+        made: Shapes made in code, besides the bundled meshes.
+        held_out: How many of these are kept from training, besides `REAL_HELD_OUT`.
+        size: Pixels of a view's side.
+        train_seconds: Budgets of the training stages: ranker, translator, finetune.
+        preset: Effort of the search for thresholds.
+    """
+
+    made: int
+    held_out: int
+    size: int
+    train_seconds: tuple[int, int, int]
+    preset: str
+
+
+FULL = Plan(made=45, held_out=10, size=768, train_seconds=(150, 60, 25), preset="balanced")
+QUICK = Plan(made=13, held_out=3, size=384, train_seconds=(30, 15, 8), preset="draft")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("demo")(demo)
+
+
+def demo(
+    out_dir: Annotated[Path, typer.Argument(help="Folder for everything that the demo makes.")],
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer shapes, smaller pictures: under 3 minutes.")] = False,
+    seed: Annotated[int, typer.Option(help="Of everything random.")] = 0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as one JSON object.")] = False,
+) -> None:
+    """Clean, draw, vote (simulated participants), train and evaluate, end to end; stopped and started again, it goes on."""
+    from ncmodel.cli.demo_report import summary_text, write_demo_report
+
+    plan = QUICK if quick else FULL
+    claim_folder(out_dir, f"quick = {str(quick).lower()}\nseed = {seed}\n")
+    stages = road(out_dir, plan, seed)
+    measured = run_stages(stages, out_dir)
+    summary = write_demo_report(out_dir, [(stage, measured[stage.name]) for stage in stages])
+    emit(summary, as_json, summary_text(summary))
+
+
+def claim_folder(out_dir: Path, settings: str) -> None:
+    """Make the folder, or check that the demo made it with the same settings.
+
+    Raises:
+        UsageError: It was made with others, or holds something else.
+    """
+    record = out_dir / "demo.toml"
+    if record.exists():
+        if record.read_text(encoding="utf-8") != settings:
+            raise UsageError(f"{out_dir}: made with other settings ({record}); expected the same or another folder")
+        return
+    if out_dir.exists() and any(out_dir.iterdir()):
+        raise UsageError(f"{out_dir}: holds files that the demo didn't make, expected a new or empty folder")
+    out_dir.mkdir(parents=True, exist_ok=True)
+    write_text(record, settings)
+
+
+def road(out: Path, plan: Plan, seed: int) -> list[Stage]:
+    """The stages, in order."""
+    from ncmodel.cli import demo_drawings
+
+    held_out = held_out_shapes(plan)
+    seeded = ["--seed", str(seed)]
+    data, batch, votes, pairs = (str(out / name) for name in ("data", "batch", "votes.csv", "pairs.jsonl"))
+    results, model = str(out / "simulated-results.csv"), str(out / "model.safetensors")
+    ranker, translator, finetune = (str(seconds) for seconds in plan.train_seconds)
+    train = ["train", data, pairs, "-o", model, "--preset", "tiny", "--quiet-validation", *seeded]
+    return [
+        Stage("meshes", "Collect and make meshes", make_meshes, (out / "meshes", plan.made, seed), (out / "meshes",)),
+        command_stage(
+            "dataset",
+            "Clean, two views each, 264 candidates, 8 selected",
+            ["dataset", "build", str(out / "meshes"), data, "--workers", "2", "--size", str(plan.size), *seeded],
+            (out / "data" / "index.csv",),
+        ),
+        command_stage("questionnaires", "Make questionnaires", ["crowd", "build", data, batch, *seeded], (out / "batch",)),
+        command_stage(
+            "simulate",
+            "Simulated participants answer",
+            ["crowd", "simulate", batch, "-o", results, "--data", data, *seeded],
+            (out / "simulated-results.csv",),
+        ),
+        command_stage("ingest", "Read the votes", ["crowd", "ingest", batch, results, "-o", votes], (out / "votes.csv",)),
+        command_stage(
+            "aggregate",
+            "Reliability, consensus, ranking pairs",
+            ["crowd", "aggregate", votes, "-o", pairs, "--validation-shapes", ",".join(held_out), *seeded],
+            (out / "pairs.jsonl",),
+        ),
+    ]
+
+
+def held_out_shapes(plan: Plan) -> list[str]:
+    """The shapes that training never sees: real ones, and the last of those made."""
+    from dataset_tools.shapes import shape_names
+
+    return [*REAL_HELD_OUT, *shape_names(plan.made)[-plan.held_out :]]
+
+
+def make_meshes(folder: Path, made: int, seed: int) -> None:
+    """Link the meshes that pymeshlab's wheel bundles, and write those made in code.
+
+    Raises:
+        InputError: The installed pymeshlab lacks its sample meshes.
+    """
+    from dataset_tools.encode import ply
+    from dataset_tools.shapes import make_shapes
+
+    folder.mkdir(parents=True, exist_ok=True)
+    for path in bundled_meshes():
+        link = folder / path.name
+        link.unlink(missing_ok=True)
+        link.symlink_to(path)
+    for mesh in make_shapes(made, seed):
+        write_bytes(folder / f"{mesh.name}.ply", ply(mesh))
+
+
+def bundled_meshes() -> list[Path]:
+    """The meshes that pymeshlab's wheel bundles.
+
+    Raises:
+        InputError: The installed pymeshlab lacks them.
+    """
+    import importlib.util
+
+    spec = importlib.util.find_spec("pymeshlab")
+    if spec is None or spec.origin is None:
+        raise InputError("pymeshlab", "not installed", "the package with its sample meshes")
+    samples = Path(spec.origin).parent / "tests" / "sample_meshes"
+    names = ("bunny.obj", "airplane.obj", "cow.obj", "bone.ply", "rangemaps/face000.ply")
+    for name in names:
+        if not (samples / name).is_file():
+            raise InputError(samples / name, "no such file", "a mesh that pymeshlab's wheel bundles")
+    return [samples / name for name in names]
