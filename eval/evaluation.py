@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 
 from eval.metrics import Lines, Measures, compare_lines, mean_measures
-from eval.raster import DEFAULT_THRESHOLD, binarise, silhouette_band, thin
+from eval.raster import DEFAULT_THRESHOLD, silhouette_band, thin_lines
 from eval.references import most_consistent
 from ncmodel.errors import UsageError
 from ncmodel.types import Image, Mask
@@ -173,7 +173,7 @@ def targets(
 
 
 def _prepare(ink: Image, settings: Settings, removed: Mask | None) -> Lines:
-    mask = thin(binarise(ink, settings.threshold))
+    mask = thin_lines(ink, settings.threshold)
     return Lines.of(mask if removed is None else mask & ~removed)
 
 

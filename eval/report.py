@@ -10,7 +10,7 @@ import numpy as np
 
 from eval.evaluation import Evaluation, Score, Target
 from eval.metrics import MEASURES, Lines
-from eval.tables import COLUMNS, Comparison, comparison_table, shape_of, shown
+from eval.tables import COLUMNS, Comparison, comparison_table, shown
 from ncmodel.files import write_text
 from ncmodel.pictures import Pixels, Tile, from_ink, shrink
 from ncmodel.report import Block, Cell, Facts, Fold, Grid, Section, Table, Text, write_report
@@ -107,34 +107,37 @@ def record(
 
 def write_evaluation(
     folder: str | Path,
-    methods: Comparison,
+    comparison: Comparison,
     album: Album,
-    report: dict[str, object],
-    title: str = "Evaluation of line drawings",
-) -> None:
+    failures: Sequence[str] = (),
+    page: Mapping[str, float] | None = None,
+) -> dict[str, object]:
     """Write report.json and report.html into a folder, which is made if needed.
 
     Args:
         folder: Where to.
-        methods: The evaluation, alone or beside others; the first one's drawings are shown.
+        comparison: The methods' scores; the first one's drawings are shown.
         album: Its pictures.
-        report: What `record` made of it.
-        title: Of the page.
+        failures: One line for each item that could not be measured.
+        page: Millimetres behind the tolerance, if it was given so.
+
+    Returns:
+        The content of report.json.
     """
     root = Path(folder)
     root.mkdir(parents=True, exist_ok=True)
-    write_text(root / "report.json", json.dumps(report, indent=1, allow_nan=False) + "\n")
-    write_report(root / "report.html", title, sections(methods, album, report), _lead(methods))
+    content = record(comparison, failures, page)
+    write_text(root / "report.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
+    parts = sections(comparison, album, failures, page or {})
+    write_report(root / "report.html", "Evaluation of line drawings", parts, _lead(comparison))
+    return content
 
 
-def sections(methods: Comparison, album: Album, report: dict[str, object]) -> list[Section]:
-    """The parts of the page: means, settings, each drawing's numbers, pictures."""
-    evaluation = next(iter(methods.evaluations.values()))
-    failures = report["failures"]
-    assert isinstance(failures, list)
-    settings = report["settings"]
-    assert isinstance(settings, dict)
-    summary: list[Block] = [comparison_table(methods, _CAPTION)]
+def sections(comparison: Comparison, album: Album, failures: Sequence[str], page: Mapping[str, float]) -> list[Section]:
+    """The parts of the page: means and settings, each drawing's numbers, pictures."""
+    evaluation = next(iter(comparison.evaluations.values()))
+    settings = {**asdict(evaluation.settings), **page}
+    summary: list[Block] = [comparison_table(comparison, _CAPTION)]
     if failures:
         summary.append(Text(f"{len(failures)} not measured: {'; '.join(failures)}", "warning"))
     summary.append(Facts([(name.replace("_", " "), _in_words(value)) for name, value in settings.items()]))
@@ -167,11 +170,11 @@ _CAPTION = (
 )
 
 
-def _lead(methods: Comparison) -> str:
-    evaluation = next(iter(methods.evaluations.values()))
+def _lead(comparison: Comparison) -> str:
+    evaluation = next(iter(comparison.evaluations.values()))
     names = {score.name for score in evaluation.scores}
-    shapes = {shape_of(name) for name in names}
     return (
-        f"{len(names)} drawings of {len(shapes)} shapes against {len(evaluation.scores)} references, all thinned to "
-        f"one pixel; two pixels are near each other up to {evaluation.settings.tolerance_pixels:g} pixels apart."
+        f"{len(names)} drawings of {len(set(comparison.shapes))} shapes against {len(evaluation.scores)} references, "
+        "all thinned to one pixel; two pixels are near each other up to "
+        f"{evaluation.settings.tolerance_pixels:g} pixels apart."
     )

@@ -85,14 +85,24 @@ def read_grey(path: str | Path) -> NDArray[np.float32]:
         data = np.frombuffer(Path(path).read_bytes(), dtype=np.uint8)
     except OSError as error:
         raise InputError(path, f"can't be read ({error.strerror})", expected) from error
-    try:
-        stored = cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
-    except cv2.error as error:
-        raise InputError(path, "a damaged picture", expected) from error
+    stored = _decode(data)
     if stored is None:
-        raise InputError(path, f"{data.size} bytes that aren't a picture", expected)
+        raise InputError(path, f"{data.size} bytes, damaged or no picture", expected)
     full = _FULL.get(stored.dtype.name, 1.0)
     return _brightness((stored / full).astype(np.float32))
+
+
+def _decode(data: Pixels) -> Any:
+    """The stored values as OpenCV decodes them, or `None`; without its own complaints on stderr."""
+    logging = cv2.utils.logging
+    level = logging.getLogLevel()
+    logging.setLogLevel(logging.LOG_LEVEL_SILENT)
+    try:
+        return cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
+    except cv2.error:
+        return None
+    finally:
+        logging.setLogLevel(level)
 
 
 def _brightness(values: NDArray[np.float32]) -> NDArray[np.float32]:

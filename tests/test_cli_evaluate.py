@@ -146,7 +146,7 @@ def test_what_cannot_be_measured_is_named_and_the_rest_is_written(
         "lonely.png: no reference of that name",
         "undrawn: a reference without a drawing",
         "wide: the drawing is 81 x 60 pixels, wide.png is 80 x 60",
-        "zapped.png: 13 bytes that aren't a picture",
+        "zapped.png: 13 bytes, damaged or no picture",
     ):
         assert part in line
     report = json.loads((folders / "out" / "report.json").read_text())

@@ -164,12 +164,15 @@ def test_a_written_picture_reads_back(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [None, b"", b"hello", b"\x89PNG\r\n\x1a\n123"])
-def test_what_is_no_picture_is_refused_by_name(tmp_path: Path, content: bytes | None) -> None:
+def test_what_is_no_picture_is_refused_by_name(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], content: bytes | None
+) -> None:
     path = tmp_path / "broken.png"
     if content is not None:
         path.write_bytes(content)
     with pytest.raises(InputError, match=r"broken\.png: .*expected a picture"):
         read_grey(path)
+    assert capfd.readouterr().err == ""
 
 
 def test_a_contact_sheet_shows_every_tile_in_reading_order() -> None:

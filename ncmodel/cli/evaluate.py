@@ -19,7 +19,7 @@ Silhouettes = Annotated[
 TolerancePixels = Annotated[float | None, typer.Option(help="How far apart near pixels may be; 5 by default.")]
 ToleranceMm = Annotated[float | None, typer.Option(help="The same in mm on the page; needs --mm-per-pixel.")]
 MmPerPixel = Annotated[float | None, typer.Option(help="Size of a pixel on the page; alone, the tolerance is 1 mm.")]
-Threshold = Annotated[float, typer.Option(help="Ink from which on a pixel counts as drawn, 0..1.")]
+Threshold = Annotated[float | None, typer.Option(help="Ink from which on a pixel counts as drawn; 0.5 by default.")]
 MostConsistent = Annotated[bool, typer.Option(help="Of several references take the one closest to the rest.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the report as JSON.")]
 
@@ -37,23 +37,23 @@ def evaluate(
     tolerance_pixels: TolerancePixels = None,
     tolerance_mm: ToleranceMm = None,
     mm_per_pixel: MmPerPixel = None,
-    threshold: Threshold = 0.5,
+    threshold: Threshold = None,
     most_consistent: MostConsistent = False,
     as_json: AsJson = False,
 ) -> None:
     """Measure drawings against references: precision, recall, F1, IoU, Chamfer distance."""
     from eval.evaluation import Settings
     from eval.folders import Folders, evaluate_folders
-    from eval.report import record, write_evaluation
+    from eval.raster import DEFAULT_THRESHOLD
+    from eval.report import write_evaluation
     from eval.tables import comparison_text
 
     tolerance, page = resolve_tolerance(tolerance_pixels, tolerance_mm, mm_per_pixel)
-    settings = Settings(tolerance, threshold, most_consistent)
+    settings = Settings(tolerance, DEFAULT_THRESHOLD if threshold is None else threshold, most_consistent)
     folders = Folders(_by_name(drawings), references, silhouettes)
     with progress("evaluate", len(folders.names)) as advance:
         result = evaluate_folders(folders, settings, advance)
-    report = record(result.comparison, result.failures, page)
-    write_evaluation(output, result.comparison, result.album, report)
+    report = write_evaluation(output, result.comparison, result.album, result.failures, page)
     emit(report, as_json, f"{comparison_text(result.comparison)}\n{output / 'report.html'}")
     if result.failures:
         raise BatchError(f"{len(result.failures)} not measured: {'; '.join(result.failures)}")
