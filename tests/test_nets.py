@@ -178,9 +178,9 @@ def test_initialisation_depends_on_the_generator_alone() -> None:
 
 def test_standardise_maps_background_to_zero_and_keeps_constant_channels_finite() -> None:
     layer = Standardise([1.0, 0.0])
-    layer.fit(torch.tensor([0.25, 0.0]))
-    out = layer(torch.tensor([1.0, 0.5]).reshape(1, 2, 1, 1))
-    assert out.flatten().tolist() == [0.0, 0.5]
+    layer.fit(torch.stack([torch.tensor([[0.75, 1.25]]), torch.zeros(1, 2)])[None])
+    out = layer(torch.tensor([1.5, 0.5]).reshape(1, 2, 1, 1))
+    assert out.flatten().tolist() == [2.0, 0.5]
 
 
 def test_strided_shortcut_equals_a_strided_convolution() -> None:

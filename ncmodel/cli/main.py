@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import typer
 from typer.exceptions import TyperException
 
-from ncmodel.cli import crowd, dataset, draw, evaluate
+from ncmodel.cli import crowd, dataset, draw, evaluate, train
 from ncmodel.errors import BatchError, NeuralContoursError
 
 app = typer.Typer(
@@ -21,6 +21,7 @@ draw.register(app)
 dataset.register(app)
 evaluate.register(app)
 crowd.register(app)
+train.register(app)
 
 
 @app.callback()

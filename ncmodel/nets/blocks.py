@@ -26,8 +26,9 @@ class Standardise(nn.Module):
         self.register_buffer("background", torch.tensor(background))
         self.register_buffer("scale", torch.ones(len(background)))
 
-    def fit(self, scale: Tensor) -> None:
-        """Set the scales from root mean squares (C,) of value - background; channels that are all background keep 1."""
+    def fit(self, images: Tensor) -> None:
+        """Measure the scales on (B, C, H, W) images; channels that are all background get 1."""
+        scale = (images - self.background[:, None, None]).square().mean(dim=(0, 2, 3)).sqrt()
         self.scale.copy_(torch.where(scale > 1e-6, scale, torch.ones_like(scale)))
 
     def forward(self, image: Tensor) -> Tensor:

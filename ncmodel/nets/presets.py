@@ -5,6 +5,7 @@ pictures, for machines without a GPU; they train at higher rates, because a narr
 stands them.
 """
 
+import json
 from dataclasses import asdict, dataclass
 from typing import Any, Self
 
@@ -89,8 +90,9 @@ class Preset:
     shift: float = 0.04
 
     def to_record(self) -> dict[str, Any]:
-        """The preset as JSON-ready values, for checkpoint headers."""
-        return asdict(self)
+        """The preset as JSON's own types, for checkpoint headers."""
+        record: dict[str, Any] = json.loads(json.dumps(asdict(self)))
+        return record
 
     @classmethod
     def from_record(cls, record: dict[str, Any]) -> Self:

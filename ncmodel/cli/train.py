@@ -1,0 +1,57 @@
+"""`ncontours train`: a data folder and ranking pairs become a model."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from ncmodel.cli.common import emit, progress
+
+Data = Annotated[Path, typer.Argument(help="Data folder, as `ncontours dataset build` writes it.")]
+Pairs = Annotated[Path, typer.Argument(help="Ranking pairs, as `ncontours crowd aggregate` writes them.")]
+Output = Annotated[Path, typer.Option("--output", "-o", help="Checkpoint to write; an interrupted training goes on.")]
+Stage = Annotated[str, typer.Option(help="ranker, translator, finetune, or all three.")]
+PresetName = Annotated[str, typer.Option("--preset", help="Size of the networks: tiny, small or paper.")]
+Epochs = Annotated[int | None, typer.Option(help="Passes over the data in each stage; the preset's by default.")]
+Seconds = Annotated[float | None, typer.Option(help="Stop early after this long. Not reproducible.")]
+Seed = Annotated[int, typer.Option(help="Of initial weights, order and variation.")]
+Restart = Annotated[bool, typer.Option("--restart", help="Start over instead of going on with an earlier training.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print what was done as JSON.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("train")(train)
+
+
+def train(
+    data: Data,
+    pairs: Pairs,
+    output: Output,
+    stage: Stage = "all",
+    preset: PresetName = "tiny",
+    epochs: Epochs = None,
+    seconds: Seconds = None,
+    seed: Seed = 0,
+    restart: Restart = False,
+    as_json: AsJson = False,
+) -> None:
+    """Train the ranking module and the image translation branch."""
+    from ncmodel.fit import STAGES
+    from ncmodel.nets.presets import preset_named
+    from ncmodel.train import TrainOptions, run_training
+
+    options = TrainOptions(STAGES if stage == "all" else (stage,), epochs, seconds, seed, restart)
+    report = run_training(data, pairs, output, preset_named(preset), options, progress).to_record()
+    emit(report, as_json, _summary(report))
+
+
+def _summary(report: dict[str, Any]) -> str:
+    """A line a stage."""
+    lines = [
+        f"{stage['stage']}: kept pass {stage['best_epoch']} of {stage['epochs']}"
+        + "".join(f", {name.replace('_', ' ')} {value:.4f}" for name, value in stage["validation"].items())
+        + f" ({stage['seconds']:.0f} s)"
+        for stage in report["stages"]
+    ]
+    return "\n".join([*lines, report["checkpoint"]])

@@ -1,0 +1,171 @@
+"""One training stage, pass by pass, that goes on where it was stopped and ends in the same bytes as uninterrupted.
+
+The whole state (weights, Adam's moments, the best weights so far, the history) is written after every pass, atomically.
+All randomness of a pass comes from (seed, stage, pass), so the state needs no generator's inner state.
+"""
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from ncmodel.errors import UsageError
+from ncmodel.nets.checkpoints import Tensors, load_tensors, save_tensors
+from ncmodel.objectives import Measures, Objective
+
+STAGES = ("ranker", "translator", "finetune")
+STATE_KIND = "neural-contours training state"
+
+Advance = Callable[[str], None]
+Progress = Callable[[str, int], AbstractContextManager[Advance]]
+
+
+def silent(title: str, total: int) -> AbstractContextManager[Advance]:
+    """Progress that no one sees."""
+    return nullcontext(lambda note: None)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How far to train, and what identifies the training.
+
+    Attributes:
+        state: File that the state is kept in.
+        settings: JSON-ready values that a state must share to be gone on with: preset, seed, data.
+        epochs: Passes over the data, those of earlier runs included.
+        seconds: Start no further step after this long; the pass then ends early.
+        seed: Of order and variation.
+    """
+
+    state: Path
+    settings: Mapping[str, Any]
+    epochs: int
+    seed: int
+    seconds: float | None = None
+
+
+@dataclass
+class Progressed:
+    """How far a stage has come.
+
+    Attributes:
+        history: One record a finished pass: "epoch", "loss" and the validation measures.
+        best_epoch: The pass whose weights are kept; 0 before the first.
+        best: Those weights, by network and name.
+    """
+
+    history: list[dict[str, Any]] = field(default_factory=list)
+    best_epoch: int = 0
+    best: Tensors = field(default_factory=dict)
+
+    @property
+    def validation(self) -> Measures:
+        """Validation measures of the kept weights."""
+        record = self.history[self.best_epoch - 1] if self.best_epoch else {}
+        return {key: value for key, value in record.items() if key not in ("epoch", "loss")}
+
+
+def fit(objective: Objective, plan: Plan, progress: Progress = silent) -> Progressed:
+    """Train an objective's networks; they end with the weights of the pass that did best on held-out items.
+
+    Raises:
+        UsageError: The state file is of a training with other settings.
+    """
+    begin = time.monotonic()
+    networks = nn.ModuleDict(objective.networks).to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+    networks.requires_grad_(True)
+    optimiser = torch.optim.Adam(networks.parameters(), lr=objective.rates.learning_rate)
+    done = _resume(plan, networks, optimiser)
+    if done is None:
+        objective.prepare()
+        done = Progressed()
+    left = range(len(done.history), plan.epochs)
+    with _deterministic(), progress(objective.name, len(left)) as advance:
+        for epoch in left:
+            if _over(begin, plan.seconds) and done.history:
+                break
+            rng = np.random.default_rng([plan.seed, STAGES.index(objective.name), epoch])
+            networks.train()
+            loss = _one_pass(optimiser, objective.steps(rng), begin, plan.seconds)
+            networks.eval()
+            measures = objective.validate()
+            done.history.append({"epoch": epoch + 1, "loss": loss, **measures})
+            if not measures or not done.best_epoch or objective.merit(measures) > objective.merit(done.validation):
+                done.best_epoch, done.best = epoch + 1, _copied(networks)
+            _save(plan, networks, optimiser, done)
+            advance(", ".join(f"{key} {value:.4f}" for key, value in {"loss": loss, **measures}.items()))
+    networks.load_state_dict(done.best)
+    networks.eval().requires_grad_(False)
+    return done
+
+
+def _one_pass(
+    optimiser: torch.optim.Optimizer, steps: Sequence[Callable[[], Tensor]], begin: float, seconds: float | None
+) -> float:
+    """Take the steps of one pass (at least one) and return their mean loss."""
+    losses: list[float] = []
+    for step in steps:
+        if losses and _over(begin, seconds):
+            break
+        loss = step()
+        optimiser.zero_grad()
+        torch.autograd.backward(loss)
+        optimiser.step()
+        losses.append(loss.item())
+    return float(np.mean(losses))
+
+
+def _over(begin: float, seconds: float | None) -> bool:
+    return seconds is not None and time.monotonic() - begin > seconds
+
+
+@contextmanager
+def _deterministic() -> Iterator[None]:
+    before = torch.are_deterministic_algorithms_enabled()
+    torch.use_deterministic_algorithms(True)
+    try:
+        yield
+    finally:
+        torch.use_deterministic_algorithms(before)
+
+
+def _copied(networks: nn.Module) -> Tensors:
+    return {name: tensor.detach().clone() for name, tensor in networks.state_dict().items()}
+
+
+def _save(plan: Plan, networks: nn.Module, optimiser: torch.optim.Optimizer, done: Progressed) -> None:
+    """Write the state after a pass."""
+    tensors = {f"now.{name}": value for name, value in networks.state_dict().items()}
+    tensors |= {f"best.{name}": value for name, value in done.best.items()}
+    for index, moments in optimiser.state_dict()["state"].items():
+        tensors |= {f"adam.{index}.{key}": value for key, value in moments.items()}
+    header = {"settings": plan.settings, "history": done.history, "best_epoch": done.best_epoch}
+    save_tensors(plan.state, STATE_KIND, tensors, header)
+
+
+def _resume(plan: Plan, networks: nn.Module, optimiser: torch.optim.Optimizer) -> Progressed | None:
+    """Put networks and optimiser where an earlier run stopped; None when there was none."""
+    if not plan.state.exists():
+        return None
+    tensors, header = load_tensors(plan.state, STATE_KIND)
+    for key, value in plan.settings.items():
+        if header["settings"].get(key) != value:
+            was = header["settings"].get(key)
+            raise UsageError(f"{plan.state}: an earlier training had {key} {was!r}, now {value!r}; see --restart")
+    parts: dict[str, dict[str, Tensor]] = {"now": {}, "best": {}, "adam": {}}
+    for name, tensor in tensors.items():
+        part, _, rest = name.partition(".")
+        parts[part][rest] = tensor
+    networks.load_state_dict(parts["now"])
+    moments: dict[int, dict[str, Tensor]] = {}
+    for name, tensor in parts["adam"].items():
+        index, _, key = name.partition(".")
+        moments.setdefault(int(index), {})[key] = tensor
+    optimiser.load_state_dict({**optimiser.state_dict(), "state": moments})
+    return Progressed(header["history"], header["best_epoch"], parts["best"])

@@ -1,0 +1,245 @@
+"""Choosing thresholds: maximise the ranking module's score over t >= 0 (section 3.3, equation 6).
+
+The score isn't convex in t, and it ends in plateaus where a family has faded away. So a grid comes first, laid out in
+how much ink of each family is left rather than in t, whose useful range differs from mesh to mesh; then L-BFGS-B climbs
+from the grid's best points with gradients from backpropagation. The best of everything that was evaluated wins.
+"""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+import numpy as np
+from scipy.optimize import minimize
+
+from ncmodel.errors import UsageError
+from ncmodel.types import Floats, Mask
+
+
+class ScoredDrawing(Protocol):
+    """The score of a view's drawing as a function of its thresholds."""
+
+    def scores(self, thresholds: Floats, boundaries: bool) -> Floats:
+        """(B,) scores of (B, 4) thresholds."""
+
+    def slope(self, thresholds: Floats, boundaries: bool) -> tuple[float, Floats]:
+        """The score at one (4,) t, and its (4,) gradient."""
+
+    def level(self, family: int, share: float) -> float:
+        """The t at which `share` of a family's ink is left; the least t without any for share 0."""
+
+    @property
+    def present(self) -> Mask:
+        """(4,) which families have lines in this view."""
+
+    @property
+    def has_boundaries(self) -> bool:
+        """Whether the view shows boundaries, so that drawing them is a choice."""
+
+
+@dataclass(frozen=True)
+class Budget:
+    """How thoroughly to search.
+
+    Attributes:
+        shares: Of each family's ink, the shares that the grid goes through.
+        full_grid: Try all combinations of shares; else change one family at a time, starting from the middle share.
+        climbs: How many of the best grid points to climb from.
+        iterations: Most L-BFGS-B iterations a climb.
+        half_precision: Score the grid in bfloat16; climbs always run in float32.
+    """
+
+    shares: tuple[float, ...]
+    full_grid: bool
+    climbs: int
+    iterations: int
+    half_precision: bool = False
+
+
+BUDGETS = {
+    "draft": Budget((0.4, 1.0, 0.0), full_grid=False, climbs=1, iterations=4),
+    "balanced": Budget((0.4, 1.0, 0.0), full_grid=True, climbs=3, iterations=12),
+    "accurate": Budget((0.5, 1.0, 0.75, 0.25, 0.0), full_grid=True, climbs=8, iterations=30),
+}
+"""The search budget of each `--preset`."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One climb.
+
+    Attributes:
+        start: t that it started from.
+        thresholds: t that it ended at.
+        score: There.
+        evaluations: Scores (with gradient) that it took.
+        converged: Whether L-BFGS-B found that it can't get better, instead of running out of iterations.
+    """
+
+    start: tuple[float, ...]
+    thresholds: tuple[float, ...]
+    score: float
+    evaluations: int
+    converged: bool
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """The thresholds chosen for a view, and how they were found.
+
+    Attributes:
+        thresholds: t = (t_S, t_R, t_V, t_A), in units of the 90th percentiles; 0 for families without lines.
+        present: Which of the four families have lines in this view.
+        boundaries: Whether to draw boundaries.
+        score: Of the drawing.
+        evaluations: Drawings scored, those of climbs included.
+        converged: Whether the climb that led there converged; True if the best point needed none.
+        flat: The score is the same for all thresholds tried.
+        trials: Every climb.
+    """
+
+    thresholds: tuple[float, ...]
+    present: tuple[bool, ...]
+    boundaries: bool
+    score: float
+    evaluations: int
+    converged: bool
+    flat: bool
+    trials: tuple[Trial, ...] = field(default=())
+
+
+def budget_named(name: str) -> Budget:
+    """A search budget by its preset's name.
+
+    Raises:
+        UsageError: There is none of that name.
+    """
+    if name not in BUDGETS:
+        raise UsageError(f"--preset: found {name!r}, expected one of {', '.join(BUDGETS)}")
+    return BUDGETS[name]
+
+
+def optimise(drawing: ScoredDrawing, budget: Budget) -> Optimum:
+    """Find the thresholds whose drawing scores highest, and whether boundaries belong in it.
+
+    Boundaries are in while the thresholds are searched; then the drawing without them is tried and climbed from.
+
+    Raises:
+        UsageError: No score is a number.
+    """
+    search = _Search(drawing, budget)
+    search.grid()
+    search.climb()
+    if drawing.has_boundaries:
+        search.leave_out_boundaries()
+    return search.result()
+
+
+@dataclass(frozen=True)
+class _Point:
+    """One evaluated drawing."""
+
+    score: float
+    thresholds: tuple[float, ...]
+    boundaries: bool = True
+    converged: bool = True
+
+
+class _Search:
+    """Everything evaluated so far."""
+
+    def __init__(self, drawing: ScoredDrawing, budget: Budget) -> None:
+        self.drawing, self.budget = drawing, budget
+        self.families = np.flatnonzero(drawing.present).tolist()
+        self.scale = np.array([drawing.level(family, 0.5) if p else 1.0 for family, p in enumerate(drawing.present)])
+        self.scale = np.maximum(self.scale, 1e-6)
+        self.points: list[_Point] = []
+        self.trials: list[Trial] = []
+        self.evaluations = 0
+
+    @property
+    def best(self) -> _Point:
+        """The highest score; the first among equals."""
+        return max(self.points, key=lambda point: point.score)
+
+    def result(self) -> Optimum:
+        """The optimum, once everything has been tried."""
+        best, finite = self.best, [point.score for point in self.points if point.score > -np.inf]
+        if not finite:
+            raise UsageError("the ranking module gives no score that is a number: its weights don't fit these drawings")
+        return Optimum(
+            thresholds=best.thresholds,
+            present=tuple(bool(p) for p in self.drawing.present),
+            boundaries=best.boundaries and self.drawing.has_boundaries,
+            score=best.score,
+            evaluations=self.evaluations,
+            converged=best.converged,
+            flat=max(finite) == min(finite),
+            trials=tuple(self.trials),
+        )
+
+    def grid(self) -> None:
+        """Evaluate the grid of ink shares; its first point, the middle share of all, wins ties."""
+        shares = self.budget.shares
+        levels = {family: [self.drawing.level(family, share) for share in shares] for family in self.families}
+        if self.budget.full_grid:
+            combinations = itertools.product(*levels.values())
+            self._try([self._at(dict(zip(levels, values, strict=True))) for values in combinations])
+            return
+        self._try([self._at({family: values[0] for family, values in levels.items()})])
+        for family, values in levels.items():
+            here = np.array(self.best.thresholds)
+            self._try([np.where(np.arange(4) == family, value, here) for value in values[1:]])
+
+    def climb(self) -> None:
+        """Climb from the best points of the grid."""
+        order = sorted(self.points, key=lambda point: -point.score)
+        for point in order[: self.budget.climbs if self.families else 0]:
+            self._climb_from(np.array(point.thresholds), boundaries=True)
+
+    def leave_out_boundaries(self) -> None:
+        """Try the best drawing without boundaries, and climb from there if it is better."""
+        best = self.best
+        self._try([np.array(best.thresholds)], boundaries=False)
+        if self.points[-1].score > best.score and self.families:
+            self._climb_from(np.array(best.thresholds), boundaries=False)
+
+    def _at(self, values: dict[int, float]) -> Floats:
+        """(4,) thresholds; 0 where not given."""
+        return np.array([values.get(family, 0.0) for family in range(4)])
+
+    def _try(self, thresholds: Sequence[Floats], boundaries: bool = True) -> None:
+        scores = self.drawing.scores(np.stack(thresholds), boundaries)
+        self.evaluations += len(thresholds)
+        for t, score in zip(thresholds, np.where(np.isnan(scores), -np.inf, scores), strict=True):
+            self.points.append(_Point(float(score), tuple(t.tolist()), boundaries))
+
+    def _climb_from(self, start: Floats, boundaries: bool) -> None:
+        """L-BFGS-B from one point, in units in which each family's half of the ink lies at 1."""
+        chosen, climbed = self.families, list[_Point]()
+
+        def descend(x: Floats) -> tuple[float, Floats]:
+            t = start.copy()
+            t[chosen] = x * self.scale[chosen]
+            score, slope = self.drawing.slope(t, boundaries)
+            if not (np.isfinite(score) and np.isfinite(slope).all()):
+                return 1e30, np.zeros(len(chosen))
+            climbed.append(_Point(score, tuple(t.tolist()), boundaries))
+            return -score, -slope[chosen] * self.scale[chosen]
+
+        bounds = [(0.0, self.drawing.level(family, 0.0) / self.scale[family]) for family in chosen]
+        found = minimize(
+            descend,
+            start[chosen] / self.scale[chosen],
+            jac=True,
+            method="L-BFGS-B",
+            bounds=bounds,
+            options={"maxiter": self.budget.iterations, "maxfun": 2 * self.budget.iterations},
+        )
+        self.evaluations += int(found.nfev)
+        if climbed:
+            top = max(climbed, key=lambda point: point.score)
+            self.points.append(replace(top, converged=bool(found.success)))
+            start_t = tuple(start.tolist())
+            self.trials.append(Trial(start_t, top.thresholds, top.score, int(found.nfev), bool(found.success)))
