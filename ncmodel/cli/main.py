@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import typer
 from typer.exceptions import TyperException
 
-from ncmodel.cli import crowd, dataset, draw, evaluate, train
+from ncmodel.cli import crowd, dataset, draw, evaluate, features, train
 from ncmodel.errors import BatchError, NeuralContoursError
 
 app = typer.Typer(
@@ -18,6 +18,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 draw.register(app)
+features.register(app)
 dataset.register(app)
 evaluate.register(app)
 crowd.register(app)

@@ -13,6 +13,9 @@ from numba import njit
 from ncmodel.geometry.areas import Indices
 from ncmodel.types import Floats, Ints, LineFamily, LineSet
 
+_Point = tuple[float, float, float, float]
+"""A position and the absolute value of the curvature there."""
+
 
 def ridges_and_valleys(
     vertices: Floats, faces: Indices, k1: Floats, dir1: Floats, derivative: Floats, feature_size: float
@@ -28,8 +31,8 @@ def ridges_and_valleys(
         feature_size: Makes the strength dimensionless.
     """
     slope = dir1 * derivative[:, None]
-    found = _bent_one_way(vertices, faces, slope, k1)
-    face, points, level = _segments(vertices, faces, found, slope, derivative, k1, True)
+    found = _crossed_faces(faces, slope)
+    face, points, level = _segments(vertices, faces, found, slope, derivative, k1, False)
     convex = k1[faces[face, 0]] > 0.0
     ones = np.ones_like(level)
     return (
@@ -51,8 +54,8 @@ def apparent_ridges(
         derivative: (V,) of q1 along its direction.
         feature_size: Makes the strength dimensionless.
     """
-    found = _crossed_twice(vertices, faces, slope)
-    face, points, level = _segments(vertices, faces, found, slope, derivative, q1, False)
+    found = _crossed_faces(faces, slope)
+    face, points, level = _segments(vertices, faces, found, slope, derivative, q1, True)
     return LineSet(LineFamily.APPARENT, points, face, level, np.ones_like(level), feature_size**2)
 
 
@@ -62,54 +65,22 @@ def facing_only(lines: LineSet, faces: Indices, n_dot_v: Floats) -> LineSet:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _bent_one_way(vertices: Floats, faces: Indices, slope: Floats, k1: Floats) -> Indices:
-    """Faces with k1 of one sign and its maximum (ridge) or minimum (valley) on two sides or more."""
+def _crossed_faces(faces: Indices, slope: Floats) -> Indices:
+    """Faces with slopes that point apart on two sides or more."""
     found = np.empty(len(faces), dtype=np.int32)
     size = 0
     for f in range(len(faces)):
-        a, b, c = k1[faces[f, 0]], k1[faces[f, 1]], k1[faces[f, 2]]
-        sign = 1.0 if min(a, b, c) > 0.0 else (-1.0 if max(a, b, c) < 0.0 else 0.0)
-        if sign != 0.0:
-            found[size] = f
-            # Storing always and counting conditionally spares a branch that can't be predicted.
-            size += _sides_crossed(vertices, faces, slope, f, sign)[0] >= 2
-    return found[:size].copy()
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _crossed_twice(vertices: Floats, faces: Indices, slope: Floats) -> Indices:
-    """Faces with an extremum on two sides or more."""
-    found = np.empty(len(faces), dtype=np.int32)
-    size = 0
-    for f in range(len(faces)):
+        i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
+        ix, iy, iz = slope[i, 0], slope[i, 1], slope[i, 2]
+        jx, jy, jz = slope[j, 0], slope[j, 1], slope[j, 2]
+        kx, ky, kz = slope[k, 0], slope[k, 1], slope[k, 2]
+        on_i = jx * kx + jy * ky + jz * kz <= 0.0
+        on_j = kx * ix + ky * iy + kz * iz <= 0.0
+        on_k = ix * jx + iy * jy + iz * jz <= 0.0
         found[size] = f
-        size += _sides_crossed(vertices, faces, slope, f, 0.0)[0] >= 2
+        # Storing always and counting conditionally spares a branch that can't be predicted.
+        size += (on_i & on_j) | (on_j & on_k) | (on_k & on_i)
     return found[:size].copy()
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _sides_crossed(vertices: Floats, faces: Indices, slope: Floats, f: int, sign: float) -> tuple[int, int]:
-    """On how many sides of a face the derivative is 0, and a corner opposite a side where it isn't.
-
-    With `sign` 1 (-1), only where a slope at an end of the side points along it inwards (outwards), which makes the
-    zero a maximum (minimum): geometry-spec 8.4.
-    """
-    i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
-    on_i = _crossed(vertices, slope, j, k, sign)
-    on_j = _crossed(vertices, slope, k, i, sign)
-    on_k = _crossed(vertices, slope, i, j, sign)
-    return int(on_i) + int(on_j) + int(on_k), 0 if not on_i else (1 if not on_j else 2)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _crossed(vertices: Floats, slope: Floats, i: int, j: int, sign: float) -> bool:
-    ax, ay, az = slope[i, 0], slope[i, 1], slope[i, 2]
-    bx, by, bz = slope[j, 0], slope[j, 1], slope[j, 2]
-    apart = ax * bx + ay * by + az * bz <= 0.0
-    if sign == 0.0 or not apart:
-        return bool(apart)
-    x, y, z = vertices[j, 0] - vertices[i, 0], vertices[j, 1] - vertices[i, 1], vertices[j, 2] - vertices[i, 2]
-    return bool(sign * (ax * x + ay * y + az * z) >= 0.0 or sign * (bx * x + by * y + bz * z) <= 0.0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -120,63 +91,96 @@ def _segments(
     slope: Floats,
     derivative: Floats,
     curvature: Floats,
-    tested: bool,
+    apparent: bool,
 ) -> tuple[Ints, Floats, Floats]:
-    """The segments on faces `found`, without those of no curvature.
+    """The segments on faces `found`, without those of no curvature: faces (S,), points (S, 2, 3), |curvature| (S, 2).
 
-    Args:
-        vertices: (V, 3).
-        faces: (F, 3).
-        found: Faces with two or three crossed sides.
-        slope: (V, 3) derivative times direction.
-        derivative: (V,).
-        curvature: (V,).
-        tested: Whether the crossed sides were tested for maxima; else each segment is, by the slopes around it.
-
-    Returns:
-        Faces (S,), points (S, 2, 3) and |curvature| (S, 2).
+    Only extrema of the right kind count. Ridges and valleys (maxima where the curvature is positive at all corners,
+    minima where it is negative) are tested by side, apparent ridges (maxima) by segment.
     """
-    index = np.empty(3 * len(found), dtype=np.int64)
+    face = np.empty(3 * len(found), dtype=np.int64)
     points = np.empty((3 * len(found), 2, 3))
     level = np.empty((3 * len(found), 2))
     size = 0
     for f in found:
-        sign = (1.0 if curvature[faces[f, 0]] > 0.0 else -1.0) if tested else 0.0
-        crossed, free = _sides_crossed(vertices, faces, slope, f, sign)
-        for n in range(1 if crossed == 2 else 3):
-            # Sides ab and bc are joined, or side ab and the centroid.
-            first = free + 2 if crossed == 2 else n + 1
-            a, b, c = faces[f, first % 3], faces[f, (first + 1) % 3], faces[f, (first + 2) % 3]
-            level[size, 0] = _side_point(vertices, derivative, curvature, a, b, points[size, 0])
-            if crossed == 2:
-                level[size, 1] = _side_point(vertices, derivative, curvature, b, c, points[size, 1])
-            else:
-                level[size, 1] = abs(curvature[a] + curvature[b] + curvature[c]) / 3.0
+        i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
+        low, high = min(curvature[i], curvature[j], curvature[k]), max(curvature[i], curvature[j], curvature[k])
+        if not apparent and low <= 0.0 and high >= 0.0:
+            continue
+        sign = 0.0 if apparent else (1.0 if low > 0.0 else -1.0)
+        on_i = _crossed(vertices, slope, j, k, sign)
+        on_j = _crossed(vertices, slope, k, i, sign)
+        on_k = _crossed(vertices, slope, i, j, sign)
+        if int(on_i) + int(on_j) + int(on_k) < 2:
+            continue
+        # Sides ab and bc are joined; or, where all three are crossed, each ab in turn and the centroid.
+        joined = not (on_i and on_j and on_k)
+        a, b, c = (k, i, j) if not on_i else ((i, j, k) if not on_j else (j, k, i))
+        for _ in range(1 if joined else 3):
+            start = _side_point(vertices, derivative, curvature, a, b)
+            end = (
+                _side_point(vertices, derivative, curvature, b, c)
+                if joined
+                else _centroid(vertices, curvature, a, b, c)
+            )
+            some = start[3] > 0.0 or end[3] > 0.0
+            if some and (not apparent or _run_towards(vertices, slope, a, b, c, start, end)):
+                face[size] = f
                 for axis in range(3):
-                    points[size, 1, axis] = (vertices[a, axis] + vertices[b, axis] + vertices[c, axis]) / 3.0
-            index[size] = f
-            some = level[size, 0] > 0.0 or level[size, 1] > 0.0
-            size += some and (tested or _run_towards(vertices, slope, a, b, c, points[size]))
-    return index[:size].copy(), points[:size].copy(), level[:size].copy()
+                    points[size, 0, axis], points[size, 1, axis] = start[axis], end[axis]
+                level[size, 0], level[size, 1] = start[3], end[3]
+                size += 1
+            a, b, c = b, c, a
+    return face[:size], points[:size], level[:size]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _side_point(vertices: Floats, derivative: Floats, curvature: Floats, a: int, b: int, point: Floats) -> float:
-    """Put the zero of the derivative from a to b in `point`; returns the curvature's absolute value there."""
+def _crossed(vertices: Floats, slope: Floats, i: int, j: int, sign: float) -> bool:
+    """Whether the slopes at the ends of a side point apart: there is an extremum between.
+
+    With `sign` 1 (-1), one of them must also point along the side inwards (outwards), which makes it a maximum
+    (minimum): geometry-spec 8.4.
+    """
+    ax, ay, az = slope[i, 0], slope[i, 1], slope[i, 2]
+    bx, by, bz = slope[j, 0], slope[j, 1], slope[j, 2]
+    apart = ax * bx + ay * by + az * bz <= 0.0
+    if sign == 0.0 or not apart:
+        return bool(apart)
+    x, y, z = vertices[j, 0] - vertices[i, 0], vertices[j, 1] - vertices[i, 1], vertices[j, 2] - vertices[i, 2]
+    return bool(sign * (ax * x + ay * y + az * z) >= 0.0 or sign * (bx * x + by * y + bz * z) <= 0.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _side_point(vertices: Floats, derivative: Floats, curvature: Floats, a: int, b: int) -> _Point:
+    """Where the derivative is 0 on the side from a to b."""
     at_a, at_b = abs(derivative[a]), abs(derivative[b])
     w = at_a / (at_a + at_b) if at_a + at_b > 0.0 else 0.5
-    for axis in range(3):
-        point[axis] = vertices[a, axis] + w * (vertices[b, axis] - vertices[a, axis])
-    return float(abs(curvature[a] + w * (curvature[b] - curvature[a])))
+    return (
+        vertices[a, 0] + w * (vertices[b, 0] - vertices[a, 0]),
+        vertices[a, 1] + w * (vertices[b, 1] - vertices[a, 1]),
+        vertices[a, 2] + w * (vertices[b, 2] - vertices[a, 2]),
+        abs(curvature[a] + w * (curvature[b] - curvature[a])),
+    )
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _run_towards(vertices: Floats, slope: Floats, a: int, b: int, c: int, segment: Floats) -> bool:
+def _centroid(vertices: Floats, curvature: Floats, a: int, b: int, c: int) -> _Point:
+    """The middle of a face."""
+    return (
+        (vertices[a, 0] + vertices[b, 0] + vertices[c, 0]) / 3.0,
+        (vertices[a, 1] + vertices[b, 1] + vertices[c, 1]) / 3.0,
+        (vertices[a, 2] + vertices[b, 2] + vertices[c, 2]) / 3.0,
+        abs(curvature[a] + curvature[b] + curvature[c]) / 3.0,
+    )
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _run_towards(vertices: Floats, slope: Floats, a: int, b: int, c: int, start: _Point, end: _Point) -> bool:
     """Whether the slopes at a and c, on one side of a segment, and at b, on the other, point towards it."""
     ex, ey, ez = vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1], vertices[b, 2] - vertices[a, 2]
     fx, fy, fz = vertices[c, 0] - vertices[a, 0], vertices[c, 1] - vertices[a, 1], vertices[c, 2] - vertices[a, 2]
     nx, ny, nz = ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx
-    x, y, z = segment[0, 0] - segment[1, 0], segment[0, 1] - segment[1, 1], segment[0, 2] - segment[1, 2]
+    x, y, z = start[0] - end[0], start[1] - end[1], start[2] - end[2]
     px, py, pz = ny * z - nz * y, nz * x - nx * z, nx * y - ny * x
     at_a = slope[a, 0] * px + slope[a, 1] * py + slope[a, 2] * pz
     at_b = slope[b, 0] * px + slope[b, 1] * py + slope[b, 2] * pz

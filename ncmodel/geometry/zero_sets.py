@@ -96,14 +96,13 @@ def _zero_set(
                 continue
             index[size] = f
             for side, at in ((0, begin), (1, stop)):
-                tops[size, side] = n0 + at * (n1 - n0)
-                bottoms[size, side] = d0 + at * (d1 - d0)
+                tops[size, side], bottoms[size, side] = _same_sign(n0, n1, d0, d1, at)
                 for axis in range(3):
                     p = vertices[i, axis] + s * (vertices[j, axis] - vertices[i, axis])
                     q = vertices[i, axis] + t * (vertices[k, axis] - vertices[i, axis])
                     points[size, side, axis] = p + at * (q - p)
             size += 1
-    return index[:size].copy(), points[:size].copy(), tops[:size].copy(), bottoms[:size].copy()
+    return index[:size], points[:size], tops[:size], bottoms[:size]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -142,6 +141,18 @@ def _agreeing(n0: float, n1: float, d0: float, d1: float) -> tuple[float, float,
     if (n0 >= 0.0) == (d0 >= 0.0):
         return 0.0, first, second, 1.0
     return first, second, 1.0, 1.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _same_sign(n0: float, n1: float, d0: float, d1: float, at: float) -> tuple[float, float]:
+    """Both quantities at a cut or an end; where rounding gives them unlike signs, the one that is cut there is 0."""
+    n, d = n0 + at * (n1 - n0), d0 + at * (d1 - d0)
+    if (n >= 0.0) != (d >= 0.0):
+        if abs(n) * max(abs(d0), abs(d1)) <= abs(d) * max(abs(n0), abs(n1)):
+            n = 0.0
+        else:
+            d = 0.0
+    return n, d
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
