@@ -96,12 +96,12 @@ class Target:
         """
         if not references:
             raise ValueError(f"{name}: no references")
-        size = next(iter(references.values())).shape
+        first, size = next((label, ink.shape) for label, ink in references.items())
         for label, ink in references.items():
-            _check_size(name, ink.shape, size, label)
+            _check_sizes(name, (first, size), (label, ink.shape))
         removed = None
         if silhouette is not None:
-            _check_size(name, silhouette.shape, size, "its silhouette")
+            _check_sizes(name, (first, size), ("its silhouette", silhouette.shape))
             removed = silhouette_band(silhouette, settings.tolerance_pixels)
         lines = {label: _prepare(ink, settings, removed) for label, ink in references.items()}
         if settings.most_consistent:
@@ -116,7 +116,7 @@ class Target:
             UsageError: Its size isn't that of the references.
         """
         label, reference = next(iter(self.references.items()))
-        _check_size(self.name, reference.mask.shape, ink.shape, label)
+        _check_sizes(self.name, ("the drawing", ink.shape), (label, reference.mask.shape))
         return _prepare(ink, self.settings, self.removed)
 
     def scores(self, drawing: Lines) -> tuple[Score, ...]:
@@ -177,7 +177,8 @@ def _prepare(ink: Image, settings: Settings, removed: Mask | None) -> Lines:
     return Lines.of(mask if removed is None else mask & ~removed)
 
 
-def _check_size(name: str, found: tuple[int, ...], expected: tuple[int, ...], label: str) -> None:
-    if found != expected:
-        sizes = [" x ".join(str(side) for side in reversed(shape)) for shape in (expected, found)]
-        raise UsageError(f"{name}: the drawing is {sizes[0]} pixels, {label} is {sizes[1]}; expected the same size")
+def _check_sizes(name: str, *pictures: tuple[str, tuple[int, ...]]) -> None:
+    """Raise unless pictures, given by label and shape, have one size."""
+    if len({shape for _, shape in pictures}) > 1:
+        sizes = (f"{label} is {' x '.join(map(str, reversed(shape)))} pixels" for label, shape in pictures)
+        raise UsageError(f"{name}: {', '.join(sizes)}; expected the same size")

@@ -173,9 +173,7 @@ def comparison_table(comparison: Comparison, caption: str = "") -> Table:
 
     def cell(method: str, measure: str) -> Cell:
         value = getattr(comparison.mean(method), measure)
-        interval = comparison.interval(method, measure)
-        note = f"{shown(measure, interval.low)} to {shown(measure, interval.high)}"
-        return Cell(shown(measure, value), value, method in best[measure], note)
+        return Cell(shown(measure, value), value, method in best[measure], _interval_note(comparison, method, measure))
 
     rows: list[list[Cell | str]] = [
         [method, *(cell(method, measure) for measure in COLUMNS)] for method in comparison.evaluations
@@ -224,6 +222,13 @@ def _best(comparison: Comparison) -> dict[str, frozenset[str]]:
     if len(comparison.evaluations) == 1:
         return dict.fromkeys(COLUMNS, frozenset())
     return {measure: comparison.best(measure) if measure in JUDGED_BY else frozenset() for measure in COLUMNS}
+
+
+def _interval_note(comparison: Comparison, method: str, measure: str) -> str:
+    if len(set(comparison.shapes)) < 2:
+        return ""  # nothing to resample
+    interval = comparison.interval(method, measure)
+    return f"{shown(measure, interval.low)} to {shown(measure, interval.high)}"
 
 
 def _signed(measure: str, value: float) -> str:

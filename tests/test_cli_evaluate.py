@@ -145,7 +145,7 @@ def test_what_cannot_be_measured_is_named_and_the_rest_is_written(
     for part in (
         "lonely.png: no reference of that name",
         "undrawn: a reference without a drawing",
-        "wide: the drawing is 81 x 60 pixels, wide.png is 80 x 60",
+        "wide: the drawing is 81 x 60 pixels, wide.png is 80 x 60 pixels",
         "zapped.png: 13 bytes, damaged or no picture",
     ):
         assert part in line

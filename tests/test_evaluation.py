@@ -65,11 +65,11 @@ def test_faint_lines_are_dropped_by_the_threshold() -> None:
 
 
 def test_what_does_not_fit_is_said() -> None:
-    with pytest.raises(UsageError, match="a: the drawing is 80 x 60 pixels, 1 is 70 x 60; expected the same size"):
+    with pytest.raises(UsageError, match="a: 0 is 80 x 60 pixels, 1 is 70 x 60 pixels; expected the same size"):
         evaluate({"a": strokes(1)}, {"a": [strokes(1), strokes(1, size=(60, 70))]})
-    with pytest.raises(UsageError, match="a: the drawing is 80 x 60 pixels, its silhouette is 80 x 61"):
+    with pytest.raises(UsageError, match="a: 0 is 80 x 60 pixels, its silhouette is 80 x 61 pixels"):
         evaluate({"a": strokes(1)}, {"a": [strokes(1)]}, silhouettes={"a": np.zeros((61, 80), bool)})
-    with pytest.raises(UsageError, match="a: the drawing is 30 x 20 pixels, 0 is 80 x 60"):
+    with pytest.raises(UsageError, match="a: the drawing is 30 x 20 pixels, 0 is 80 x 60 pixels"):
         evaluate({"a": strokes(1, size=(20, 30))}, {"a": [strokes(1)]})
     with pytest.raises(UsageError, match="b: no reference"):
         evaluate({"b": strokes(1)}, {"a": [strokes(1)]})
@@ -132,6 +132,13 @@ def test_the_table_marks_the_best_in_the_order_of_the_paper() -> None:
     cell = table.cells[0][1]
     assert isinstance(cell, Cell)
     assert cell.note == "100.0 to 100.0"
+
+
+def test_one_shape_has_no_interval_to_show() -> None:
+    table = comparison_table(
+        compare({"a": {"x_0": strokes(1), "x_1": strokes(9)}}, {"x_0": [strokes(1)], "x_1": [strokes(1)]})
+    )
+    assert [cell.note for cell in table.cells[0]] == [""] * 6
 
 
 def test_the_text_lines_up() -> None:
