@@ -53,7 +53,7 @@ class Levels:
     """
 
     suggestive: tuple[float, float, float] = (0.001, 0.01, 0.1)
-    apparent: tuple[float, float, float] = (0.03, 0.1, 0.3)
+    apparent: tuple[float, float, float] = (0.01, 0.1, 1.0)
     ridges_valleys: tuple[float, float, float] = (0.03, 0.1, 0.3)
     canny: tuple[float, float, float, float] = (40.0, 80.0, 160.0, 320.0)
     canny_low: float = 0.4

@@ -18,6 +18,7 @@ from typing import Any
 
 from dataset_tools.clean import CleanSettings, clean_file
 from dataset_tools.encode import ply
+from dataset_tools.orphans import end_with_parent
 from ncmodel.errors import NeuralContoursError
 
 _GIGABYTE = 1 << 30
@@ -105,7 +106,7 @@ def _why(status: int, stderr: bytes, settings: CleanSettings) -> str:
 def _limit(settings: CleanSettings) -> None:
     memory = int(settings.memory_gb * _GIGABYTE)
     resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
-    # A parent that is killed can't stop its child, so the child's own clock does.
+    # Native code that hangs keeps this process from noticing that its parent is gone; the kernel's clock doesn't ask.
     seconds = int(settings.seconds) + 1
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
@@ -114,6 +115,7 @@ def _limit(settings: CleanSettings) -> None:
 def _main(folder: str) -> None:
     record = json.loads(sys.stdin.buffer.read())
     task = CleanTask(**{**record, "settings": CleanSettings(**record["settings"])})
+    end_with_parent()
     _limit(task.settings)
     for name, data in clean_here(task).items():
         (Path(folder) / name).write_bytes(data)

@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Generic, Protocol, TypeVar
 
+from dataset_tools.orphans import end_with_parent
 from ncmodel.errors import UsageError
 
 T = TypeVar("T")
@@ -106,7 +107,7 @@ class PoolRunner:
         # "spawn": threads of numerical libraries don't survive a fork. The workers inherit the environment.
         kept = {name: os.environ.get(name) for name in _ONE_THREAD}
         os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
-        pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), initializer=use_one_thread)
+        pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), initializer=_start_worker)
         try:
             yield pool
         finally:
@@ -141,7 +142,7 @@ class DaskRunner:
         self.client.run(use_one_thread)
         futures: dict[Any, T] = {self.client.submit(function, task, pure=False): task for task in tasks}
         try:
-            for future in distributed.as_completed(list(futures)):
+            for future in distributed.as_completed(list(futures), loop=self.client.loop):
                 task = futures.pop(future)
                 try:
                     yield Outcome(task, future.result())
@@ -182,6 +183,11 @@ def use_one_thread() -> None:
     import cv2
 
     cv2.setNumThreads(1)
+
+
+def _start_worker() -> None:
+    use_one_thread()
+    end_with_parent()
 
 
 def _alone(pool: ProcessPoolExecutor, function: Callable[[T], R], task: T) -> Outcome[T, R]:

@@ -34,6 +34,10 @@ class InputError(NeuralContoursError):
         super().__init__(f"{path}: {' '.join(found.split())}; expected {' '.join(expected.split())}")
         self.path, self.found, self.expected = str(path), found, expected
 
+    def __reduce__(self) -> tuple[type["InputError"], tuple[str, str, str]]:
+        # Errors cross from worker processes; an exception is otherwise made again from its one message.
+        return type(self), (self.path, self.found, self.expected)
+
 
 class MeshError(InputError):
     """A mesh can't be read, is empty, or can't be repaired."""

@@ -1,0 +1,129 @@
+"""Running tasks in processes: results, errors, and tasks that kill their worker."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from dataset_tools.cluster import DaskRunner, HereRunner, PoolRunner, Runner, runner_for
+from ncmodel.errors import InputError, UsageError
+from tests.loopback import dask_cluster
+
+
+def square(number: int) -> int:
+    return number * number
+
+
+def fail_at_three(number: int) -> int:
+    if number == 3:
+        raise InputError("three", "3", "another number")
+    return number
+
+
+def die_at_three(number: int) -> int:
+    if number == 3:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+def process_id(number: int) -> int:
+    time.sleep(0.2)
+    return os.getpid()
+
+
+@pytest.fixture(params=["here", "pool"])
+def runner(request: pytest.FixtureRequest) -> Runner:
+    return HereRunner() if request.param == "here" else PoolRunner(2)
+
+
+def test_every_task_gets_its_result(runner: Runner) -> None:
+    outcomes = {outcome.task: outcome.result for outcome in runner.run(square, range(9))}
+    assert outcomes == {number: number * number for number in range(9)}
+
+
+def test_nothing_to_do_is_fine(runner: Runner) -> None:
+    assert list(runner.run(square, [])) == []
+
+
+def test_an_error_stops_the_run(runner: Runner) -> None:
+    with pytest.raises(InputError, match="three: 3; expected another number"):
+        list(runner.run(fail_at_three, range(9)))
+
+
+def test_a_task_that_kills_its_worker_fails_alone() -> None:
+    outcomes = {outcome.task: outcome for outcome in PoolRunner(2).run(die_at_three, range(9))}
+    assert sorted(outcomes) == list(range(9))
+    assert outcomes[3].result is None
+    assert "its process died" in outcomes[3].reason
+    assert [outcomes[n].result for n in range(9) if n != 3] == [n for n in range(9) if n != 3]
+
+
+def test_the_workers_are_processes() -> None:
+    used = {outcome.result for outcome in PoolRunner(2).run(process_id, range(6))}
+    assert len(used) == 2
+    assert os.getpid() not in used
+
+
+def test_workers_end_when_their_parent_is_killed(tmp_path: Path) -> None:
+    code = (
+        "import sys\nfrom tests.test_cluster import note_and_wait\nfrom dataset_tools.cluster import PoolRunner\n"
+        "if __name__ == '__main__': list(PoolRunner(1).run(note_and_wait, [sys.argv[1]]))\n"
+    )
+    (tmp_path / "parent.py").write_text(code)
+    note = tmp_path / "worker"
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])}
+    parent = subprocess.Popen([sys.executable, tmp_path / "parent.py", note], env=environment)
+    wait_for(lambda: note.exists() and note.read_text() != "", 60)
+    parent.kill()
+    parent.wait()
+    wait_for(lambda: not Path(f"/proc/{note.read_text()}").exists(), 20)
+
+
+def note_and_wait(path: str) -> None:
+    Path(path).write_text(str(os.getpid()))
+    time.sleep(120)
+
+
+def wait_for(condition: object, seconds: float) -> None:
+    assert callable(condition)
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "took too long"
+        time.sleep(0.1)
+
+
+@pytest.mark.parametrize("workers", [-1, -7])
+def test_too_few_workers_are_refused(workers: int) -> None:
+    with pytest.raises(UsageError, match=f"--workers: found {workers}"), runner_for(workers):
+        pass
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense"])
+def test_a_scheduler_that_does_not_answer_is_bad_usage(address: str) -> None:
+    with pytest.raises(UsageError, match="no Dask scheduler answers at"):
+        DaskRunner(address, patience=0.5)
+
+
+@pytest.fixture(scope="module")
+def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """A real scheduler and two worker processes on loopback."""
+    with dask_cluster(tmp_path_factory.mktemp("dask")) as address:
+        yield address
+
+
+def test_a_dask_cluster_does_the_same(scheduler: str) -> None:
+    with runner_for(2, scheduler) as runner:
+        outcomes = {outcome.task: outcome.result for outcome in runner.run(square, range(9))}
+        used = {outcome.result for outcome in runner.run(process_id, range(8))}
+    assert outcomes == {number: number * number for number in range(9)}
+    assert len(used) == 2
+
+
+def test_an_error_on_the_cluster_stops_the_run(scheduler: str) -> None:
+    with runner_for(2, scheduler) as runner, pytest.raises(InputError, match="three: 3; expected another number"):
+        list(runner.run(fail_at_three, range(9)))
