@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from ncmodel.geometry.view import View
 
 DEFAULT_FAMILIES = tuple(LineFamily)
+CREASE_ANGLE = 60.0
+"""Degrees between faces above which their edge is drawn as a crease, unless told otherwise."""
 SUFFIXES = (".svg", ".png", ".pdf")
 """The file formats that a drawing is written in."""
 
@@ -143,6 +145,7 @@ def draw(
     *,
     size: tuple[int, int] = (DEFAULT_SIZE, DEFAULT_SIZE),
     up: str = "y",
+    crease_angle: float = CREASE_ANGLE,
     detail: Detail = BALANCED,
 ) -> Drawing:
     """Draw a shape's lines.
@@ -154,12 +157,14 @@ def draw(
         thresholds: rtsc's defaults unless given.
         size: (width, height) in pixels, for the default camera.
         up: The upward axis, "y" or "z", of a mesh file.
+        crease_angle: Degrees between faces above which their edge is a crease.
         detail: How finely.
 
     Raises:
         MeshError: The file can't be read.
         UsageError: A family, threshold or size makes no sense.
     """
+    from ncmodel.geometry.sharp import parted
     from ncmodel.geometry.strokes import strokes
     from ncmodel.geometry.view import View
 
@@ -167,7 +172,10 @@ def draw(
     check_thresholds(thresholds)
     families = tuple(f for f in dict.fromkeys(map(_family, lines)) if thresholds.of(f) is not None)
     surface = _surface(shape, up)
-    view = View(surface, camera if camera is not None else Camera.orbit(surface.mesh.vertices, size=size))
+    if LineFamily.CREASES in families:
+        surface = parted(surface, crease_angle)
+    camera = camera if camera is not None else Camera.orbit(surface.mesh.vertices, size=size)
+    view = View(surface, camera, crease_angle)
     drawn: list[Stroke] = []
     for family in families:
         segments = visible_segments(view, family, thresholds, detail)

@@ -19,6 +19,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from ncmodel.camera import Camera
+from ncmodel.geometry.areas import Indices
 from ncmodel.types import Floats, Ints, Mesh, ViewBuffers
 
 CHUNK = 1 << 18
@@ -53,7 +54,7 @@ class RayScene:
     """
 
     def __init__(self, mesh: Mesh) -> None:
-        self.vertices, self.faces = mesh.vertices, mesh.faces
+        self.vertices, self.faces = mesh.vertices, mesh.faces.astype(np.int32)
         self.centre = np.zeros(3)
         self.radius = 1.0
         self._scene: EmbreeScene | None = None
@@ -63,7 +64,7 @@ class RayScene:
             self.radius = float(np.linalg.norm(mesh.vertices - self.centre, axis=1).max()) or 1.0
             # "Robust" makes edges watertight: without it rays slip through between two faces.
             self._scene = EmbreeScene(robust=True)
-            TriangleMesh(self._scene, self._local(mesh.vertices), mesh.faces.astype(np.int32))
+            TriangleMesh(self._scene, self._local(mesh.vertices), self.faces)
 
     def hits(self, origins: Floats, directions: Floats) -> Hits:
         """Cast rays.
@@ -145,7 +146,7 @@ def _approach(
 
 @njit(cache=True, nogil=True)
 def _locate(
-    face: Ints, u: NDArray[np.float32], v: NDArray[np.float32], vertices: Floats, faces: Ints, origins: Floats
+    face: Ints, u: NDArray[np.float32], v: NDArray[np.float32], vertices: Floats, faces: Indices, origins: Floats
 ) -> tuple[Floats, Floats, Floats]:
     """Barycentric weights, positions and distances of hits, in float64."""
     barycentric = np.zeros((len(face), 3))

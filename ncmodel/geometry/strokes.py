@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 
 from ncmodel.camera import Camera
+from ncmodel.geometry.union_find import root
 from ncmodel.types import Floats, Ints, Mask, Segments, Stroke
 
 TOLERANCE = 0.25
@@ -90,20 +91,12 @@ def _joined(aligned: Ints, shifted: Ints) -> Ints:
     for i in range(len(aligned)):
         if owner[shifted[i]] < 0:
             owner[shifted[i]] = aligned[i]
-        a, b = _root(parent, aligned[i]), _root(parent, owner[shifted[i]])
+        a, b = root(parent, aligned[i]), root(parent, owner[shifted[i]])
         parent[max(a, b)] = min(a, b)
     number = np.empty(len(aligned), np.int64)
     for i in range(len(aligned)):
-        number[i] = _root(parent, aligned[i])
+        number[i] = root(parent, aligned[i])
     return number
-
-
-@njit(cache=True, nogil=True)
-def _root(parent: Ints, i: int) -> int:
-    while parent[i] != i:
-        parent[i] = parent[parent[i]]
-        i = parent[i]
-    return i
 
 
 def _distinct(nodes: Ints) -> Ints:

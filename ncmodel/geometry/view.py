@@ -129,10 +129,10 @@ class View:
         """
         if family is not LineFamily.CONTOURS:
             return self.lines(family)
-        lines, mesh = self.silhouettes, self.mesh
+        lines, vertices, faces = self.silhouettes, self.mesh.vertices, self.surface.faces
         if not self.surface.is_closed:
             return lines  # seen from behind, a sheet has contours where a solid hides them
-        return lines.take(zero_sets.front_is_nearer(lines, mesh.vertices, mesh.faces, self.n_dot_v, self.eye))
+        return lines.take(zero_sets.front_is_nearer(lines, vertices, faces, self.n_dot_v, self.eye))
 
     def unhidden(self, lines: LineSet, sample_pixels: float = 1.0) -> LineSet:
         """The parts of lines that the camera sees.
@@ -141,14 +141,16 @@ class View:
             lines: Any lines on the surface.
             sample_pixels: Distance along the picture of the points at which that is decided.
         """
-        from ncmodel.geometry.visibility import MESH_EDGES, visible_pieces
+        from ncmodel.geometry.visibility import MESH_EDGES, Smooth, visible_pieces
 
         if len(lines) == 0:
             return lines
-        scene = self.surface.scene
-        normals = None if lines.family in MESH_EDGES else self.surface.normals
+        surface, scene = self.surface, self.surface.scene
+        smooth = None
+        if lines.family not in MESH_EDGES:
+            smooth = Smooth(self.mesh.vertices, surface.faces, surface.normals)
         with timed(self.trace, f"visible_{lines.family}"):
-            return visible_pieces(lines, self.camera, scene, normals, sample_pixels)
+            return visible_pieces(lines, self.camera, scene, smooth, sample_pixels)
 
     def visible(self, family: LineFamily) -> LineSet:
         """The lines of a family at threshold 0, hidden parts cut away."""

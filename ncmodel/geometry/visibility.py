@@ -16,12 +16,14 @@ is closed, and a speck of line in the middle of a hidden part is dropped.
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from ncmodel.camera import Camera
+from ncmodel.geometry.areas import Indices
 from ncmodel.geometry.raycast import RayScene
 from ncmodel.geometry.strokes import Chains, chain
 from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mask
@@ -56,11 +58,25 @@ _HIDDEN, _HIDDEN_NEARBY, _SEEN = 0, 1, 2
 _Vector = tuple[float, float, float]
 
 
+class Smooth(NamedTuple):
+    """A smooth surface: the scene's faces, with normals to interpolate.
+
+    Attributes:
+        vertices: (V, 3).
+        faces: (F, 3) in the scene's order.
+        normals: (V, 3).
+    """
+
+    vertices: Floats
+    faces: Indices
+    normals: Floats
+
+
 def visible_pieces(
     lines: LineSet,
     camera: Camera,
     scene: RayScene,
-    normals: Floats | None = None,
+    smooth: Smooth | None = None,
     sample_pixels: float = SAMPLE_PIXELS,
 ) -> LineSet:
     """The parts of lines that the camera sees: in front of it, in the frame, and before all faces.
@@ -69,7 +85,7 @@ def visible_pieces(
         lines: Lines on the scene's mesh.
         camera: Where they are seen from.
         scene: The mesh.
-        normals: (V, 3) vertex normals, for lines inside faces; boundaries and creases need none.
+        smooth: The surface whose lines they are, for lines inside faces; boundaries and creases need none.
         sample_pixels: Distance along the picture of the points at which visibility is decided.
 
     Returns:
@@ -81,7 +97,7 @@ def visible_pieces(
     if len(lines) == 0:
         return lines
     samples = _sample(lines.points, camera, sample_pixels)
-    occlusion = _Occlusion(lines, camera, scene, normals)
+    occlusion = _Occlusion(lines, camera, scene, smooth)
     state = occlusion.state(samples.segment, samples.at)
     seen = _smooth(state, samples, chain(lines.points))
     return lines.between(*_seen_intervals(seen, samples, occlusion))
@@ -111,38 +127,23 @@ class _Occlusion:
         lines: Lines in front of the camera.
         camera: Where the eye is.
         scene: What hides them.
-        normals: As `visible_pieces` takes them.
+        smooth: As `visible_pieces` takes it.
     """
 
-    def __init__(self, lines: LineSet, camera: Camera, scene: RayScene, normals: Floats | None) -> None:
-        self.points, self.scene = lines.points, scene
+    def __init__(self, lines: LineSet, camera: Camera, scene: RayScene, smooth: Smooth | None) -> None:
+        self.points, self.face, self.scene = lines.points, lines.face, scene
         self.eye = np.asarray(camera.eye, dtype=np.float64)
-        self.face = lines.face
-        self.reach = np.zeros(len(lines))
-        self.normals = np.zeros((0, 3))
-        if normals is not None and lines.family not in MESH_EDGES:
-            self.normals = normals
-            self.reach = _fold_reach(lines.face, scene.vertices, scene.faces, normals, self.eye)
+        self.surface = smooth or Smooth(scene.vertices, scene.faces, np.zeros((0, 3)))
+        self.reach = _fold_reach(self.face, self.surface, self.eye) if smooth else np.zeros(len(lines))
 
     def state(self, segment: Ints, at: Floats) -> NDArray[np.int8]:
         """(N,) hidden, hidden by something near, or seen, for the points `at` along segments."""
         share = at[:, None]
         points = self.points[segment, 0] * (1 - share) + self.points[segment, 1] * share
         hits = self.scene.hits(self.eye, points - self.eye)
-        reach, face = self.reach[segment], self.face[segment]
+        before = np.linalg.norm(points - self.eye, axis=1) - hits.distance
         touch = TOUCH * self.scene.radius
-        return _judge(
-            points,
-            face,
-            reach,
-            hits.face,
-            hits.distance,
-            self.scene.vertices,
-            self.scene.faces,
-            self.normals,
-            self.eye,
-            touch,
-        )
+        return _judge(points, self.face[segment], self.reach[segment], hits.face, before, self.surface, touch)
 
 
 def _in_frame(points: Floats, camera: Camera, near: float) -> tuple[Floats, Floats]:
@@ -181,12 +182,13 @@ def _sample(points: Floats, camera: Camera, spacing: float) -> _Samples:
 
 
 @njit(cache=True, nogil=True)
-def _fold_reach(face: Ints, vertices: Floats, faces: Ints, normals: Floats, eye: Floats) -> Floats:
+def _fold_reach(face: Ints, surface: Smooth, eye: Floats) -> Floats:
     """(S,) how far before a line on each `face` its own fold may be met; 0 where the surface isn't about to turn away.
 
     The flat face is off the smooth surface by the angles between its normal and its corners'. If the surface faces the
     eye, or turns from it, by more than a few of these, neighbours as rough can't be in the way.
     """
+    vertices, faces, normals = surface
     reach = np.zeros(len(face))
     viewer = (eye[0], eye[1], eye[2])
     for s in range(len(face)):
@@ -208,37 +210,26 @@ def _fold_reach(face: Ints, vertices: Floats, faces: Ints, normals: Floats, eye:
 
 @njit(cache=True, nogil=True)
 def _judge(
-    points: Floats,
-    face: Ints,
-    reach: Floats,
-    hit: Ints,
-    distance: Floats,
-    vertices: Floats,
-    faces: Ints,
-    normals: Floats,
-    eye: Floats,
-    touch: float,
+    points: Floats, face: Ints, reach: Floats, hit: Ints, before: Floats, surface: Smooth, touch: float
 ) -> NDArray[np.int8]:
-    """States of (N, 3) points on faces, given what the rays to them hit and how far from the eye."""
+    """States of (N, 3) points on faces, given which faces their rays hit and how far before them."""
+    vertices, faces, normals = surface
     state = np.full(len(points), _SEEN, np.int8)
-    viewer = (eye[0], eye[1], eye[2])
     for n in range(len(points)):
-        point = _row(points, n)
-        away = _minus(point, viewer)
-        before = math.sqrt(_dot(away, away)) - distance[n]
-        if before <= touch:
+        if before[n] <= touch:
             continue
+        point = _row(points, n)
         i, j, k = faces[hit[n], 0], faces[hit[n], 1], faces[hit[n], 2]
         if _distance_to_triangle(point, _row(vertices, i), _row(vertices, j), _row(vertices, k)) <= touch:
             continue
-        if before <= reach[n] and _turned_alike(normals, faces, face[n], hit[n]):
+        if before[n] <= reach[n] and _turned_alike(normals, faces, face[n], hit[n]):
             continue
-        state[n] = _HIDDEN_NEARBY if before <= reach[n] * GAP_REACH / REACH else _HIDDEN
+        state[n] = _HIDDEN_NEARBY if before[n] <= reach[n] * GAP_REACH / REACH else _HIDDEN
     return state
 
 
 @njit(cache=True, nogil=True)
-def _turned_alike(normals: Floats, faces: Ints, one: int, other: int) -> bool:
+def _turned_alike(normals: Floats, faces: Indices, one: int, other: int) -> bool:
     """Whether the mean normals at two faces' corners are within the angle allowed for faces of one fold."""
     ax, ay, az, bx, by, bz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(3):
