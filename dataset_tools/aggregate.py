@@ -29,6 +29,7 @@ class Rules:
             2. Where two drawings tie, neither has more than half, so a tie is never accepted.
         posterior: With "one-coin", how sure the model must be.
         unreliable_too: Keep the votes of participants who failed a sentinel (for "one-coin", which weighs them itself).
+        strict: Exclude participants who show signs of not looking too, not only those who failed a sentinel.
         held_out: Share of the shapes held out for validation.
         validation_shapes: The shapes to hold out, instead of a share.
         seed: Of the choice of shapes to hold out.
@@ -38,6 +39,7 @@ class Rules:
     least: int = 2
     posterior: float = 0.9
     unreliable_too: bool = False
+    strict: bool = False
     held_out: float = 0.1
     validation_shapes: tuple[str, ...] = ()
     seed: int = 0
@@ -136,7 +138,7 @@ def aggregate(votes: Iterable[Vote], rules: Rules) -> Aggregated:
         UsageError: A shape to hold out has no votes.
     """
     everything = list(votes)
-    participants = assess(everything)
+    participants = assess(everything, rules.strict)
     kept = counted(everything, participants, rules.unreliable_too)
     items = sorted({vote.item for vote in everything if not vote.sentinel})
     shapes = {item.shape for item in items}

@@ -37,7 +37,6 @@ TYPICAL_STROKE = 90 / 768
 """Strokes of this length are forgotten about a third as often as specks."""
 
 FAINTEST = {
-    LineFamily.CREASES: 0.0,
     LineFamily.APPARENT: 0.02,
     LineFamily.SUGGESTIVE: 0.002,
     LineFamily.VALLEYS: 0.1,
@@ -45,8 +44,9 @@ FAINTEST = {
 }
 """Lines weaker than this (in rtsc's units) are too faint to be drawn, in the order in which families are drawn."""
 
-LONGEST_CREASES = 1.5
-"""Creases up to this many times the wanted inner length are drawn all, as the edges of machine parts are."""
+MECHANICAL = 0.25
+"""Creases whose strokes are at least this long on average (weighted by length) are edges of a machine part, and drawn.
+Shorter ones are facets of a rough surface."""
 
 
 TO_CHOOSE_FROM = 1.8
@@ -140,18 +140,21 @@ class Sketch:
 
     def finish(self) -> Image:
         """Draw the inner lines, and return the drawing: (H, W) ink."""
-        left = self._wanted
+        left = max(self._wanted - self._draw_creases(), 0.0)
         for family, faintest in FAINTEST.items():
             lines = self._worth_drawing(_Lines.of(self._view, family), faintest)
-            budget = self._wanted * LONGEST_CREASES
-            if family is not LineFamily.CREASES:
-                budget = left * self._artist.shares[family]
-            elif lines.length.sum() > budget:
-                continue  # so many creases are facets of a rough surface
-            drawn = self._draw_strongest(lines, budget)
-            if family is LineFamily.CREASES:
-                left = max(left - drawn, 0.0)
+            self._draw_strongest(lines, left * self._artist.shares[family])
         return self.ink
+
+    def _draw_creases(self) -> float:
+        """Draw all creases of a mechanical shape; returns the length drawn."""
+        lines = _Lines.of(self._view, LineFamily.CREASES)
+        strokes = self._strokes(lines)
+        lengths = np.array([lines.length[stroke].sum() for stroke in strokes])
+        if (lengths**2).sum() < MECHANICAL * self._side * lines.length.sum() or not strokes:
+            return 0.0
+        self._add(lines.points[np.concatenate(strokes)])
+        return float(lengths.sum())
 
     def _worth_drawing(self, lines: _Lines, faintest: float) -> _Lines:
         """Lines that are strong enough and not beside a drawn one."""
@@ -164,8 +167,8 @@ class Sketch:
         rows = np.clip(middle[:, 1].astype(np.intp), 0, self._shape[0] - 1)
         return lines.take(away[rows, columns] > BESIDE * self._side)
 
-    def _draw_strongest(self, lines: _Lines, budget: float) -> float:
-        """Draw the longest and strongest strokes up to a length; returns the length drawn."""
+    def _draw_strongest(self, lines: _Lines, budget: float) -> None:
+        """Draw the longest and strongest strokes up to a length."""
         order = np.argsort(-lines.strength, kind="stable")
         keep = np.zeros(len(order), dtype=np.bool_)
         keep[order[np.cumsum(lines.length[order]) <= TO_CHOOSE_FROM * budget]] = True
@@ -179,7 +182,6 @@ class Sketch:
                 drawn += length
         if kept:
             self._add(chosen.points[np.concatenate(kept)])
-        return drawn
 
     def _strokes(self, lines: _Lines) -> list[Ints]:
         """Lines chained into strokes, as indices: the most telling first, no specks."""
@@ -216,9 +218,7 @@ class ArtistDrawings:
     def __init__(self, data_dir: Path, artists: Sequence[Artist]) -> None:
         self.data_dir, self.artists = data_dir, artists
         taste = json.dumps([asdict(artist) for artist in artists])
-        identity = blake2b(
-            f"{taste} {FAINTEST} {LONGEST_CREASES} {BESIDE} {SPECK} {TO_CHOOSE_FROM}".encode(), digest_size=4
-        )
+        identity = blake2b(f"{taste} {FAINTEST} {MECHANICAL} {BESIDE} {SPECK} {TO_CHOOSE_FROM}".encode(), digest_size=4)
         self.folder = data_dir / "simulated" / f"artists-{identity.hexdigest()}"
 
     def paths(self, item: Item) -> list[Path]:

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from dataset_tools.suspicion import flags
 from dataset_tools.votes import Vote
 
 
@@ -34,27 +35,32 @@ class Participant:
         return not self.reasons
 
 
-def assess(votes: Iterable[Vote]) -> dict[str, Participant]:
+def assess(votes: Iterable[Vote], strict: bool = False) -> dict[str, Participant]:
     """Every participant, by name, in order of names.
 
     One failed sentinel, in whichever questionnaire, makes a participant unreliable (appendix 5). The first
     questionnaire is the one that was sent first; where times are unknown they come last, and among equals the
     assignment's name decides, so the order of votes never matters.
+
+    Args:
+        votes: All votes.
+        strict: Count signs of not looking (`suspicion.flags`) as reasons too.
     """
     by_worker: dict[str, list[Vote]] = {}
     for vote in votes:
         by_worker.setdefault(vote.worker, []).append(vote)
-    return {worker: _assess(worker, by_worker[worker]) for worker in sorted(by_worker)}
+    signs = flags([vote for own in by_worker.values() for vote in own]) if strict else {}
+    return {worker: _assess(worker, by_worker[worker], signs.get(worker, ())) for worker in sorted(by_worker)}
 
 
-def _assess(worker: str, votes: Sequence[Vote]) -> Participant:
+def _assess(worker: str, votes: Sequence[Vote], signs: Sequence[str]) -> Participant:
     sent: dict[tuple[str, str], str] = {}
     for vote in votes:
         sent[vote.assignment, vote.questionnaire] = vote.submitted or "~"  # sorts after every time
     first, *later = sorted(sent, key=lambda name: (sent[name], name))
     checks = [vote for vote in votes if vote.sentinel]
     failed = sum(not vote.passed for vote in checks)
-    reasons = (f"failed {failed} of {len(checks)} sentinels",) if failed else ()
+    reasons = (*((f"failed {failed} of {len(checks)} sentinels",) if failed else ()), *signs)
     sources = tuple(sorted({vote.source for vote in votes}))
     return Participant(worker, first, reasons, len(checks), failed, tuple(later), sources)
 

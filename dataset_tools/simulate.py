@@ -55,8 +55,8 @@ class Crowd:
         seconds: Typical seconds for a question.
     """
 
-    noise: float = 0.35
-    far: float = 0.005
+    noise: float = 0.55
+    far: float = 0.003
     random_clickers: float = 0.15
     slip: float = 0.004
     seconds: float = 9.0

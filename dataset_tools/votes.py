@@ -54,6 +54,9 @@ class Vote:
         return Item(self.shape, self.view)
 
 
+MAX_PROBLEMS = 1000
+"""Problems that are kept in words; a file of garbage has as many as rows."""
+
 COLUMNS = tuple(one.name for one in fields(Vote))
 _OPTIONAL = ("position", "submitted")
 
@@ -104,6 +107,14 @@ class Ingested:
     votes: int = 0
     sources: dict[str, int] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
+    more_problems: int = 0
+
+    def complain(self, problem: Problem) -> None:
+        """Note a problem; beyond the first thousand they are only counted."""
+        if len(self.problems) < MAX_PROBLEMS:
+            self.problems.append(problem)
+        else:
+            self.more_problems += 1
 
 
 Identity = tuple[str, str, str]
@@ -137,11 +148,11 @@ def _new_votes(one: Answered | Problem, key: Key, known: dict[Identity, int], do
     """The votes that an answered questionnaire adds; what happened is added to `done`."""
     questionnaire = None if isinstance(one, Problem) else key.questionnaires.get(one.questionnaire)
     if isinstance(one, Problem):
-        done.problems.append(one)
+        done.complain(one)
         return []
     if questionnaire is None:
         expected = f"expected one of this batch's {len(key.questionnaires)}"
-        done.problems.append(Problem(one.where, f"questionnaire {one.questionnaire[:40]!r} is unknown; {expected}"))
+        done.complain(Problem(one.where, f"questionnaire {one.questionnaire[:40]!r} is unknown; {expected}"))
         return []
     found = list(votes_of(one, questionnaire))
     votes = [vote for vote in found if isinstance(vote, Vote)]
@@ -151,10 +162,12 @@ def _new_votes(one: Answered | Problem, key: Key, known: dict[Identity, int], do
         done.known_assignments += 1
         if known[identity] != digest:
             text = f"assignment {one.assignment[:40]} was read before with other answers, which stay"
-            done.problems.append(Problem(one.where, text))
+            done.complain(Problem(one.where, text))
         return []
     known[identity] = digest
-    done.problems += [problem for problem in found if isinstance(problem, Problem)]
+    for problem in found:
+        if isinstance(problem, Problem):
+            done.complain(problem)
     done.assignments += 1
     done.votes += len(votes)
     done.sources[one.source] = done.sources.get(one.source, 0) + 1

@@ -138,7 +138,7 @@ def simulate(
     data: Annotated[Path | None, typer.Option(help="The data folder; the batch knows it by default.")] = None,
     participants: Annotated[int | None, typer.Option(help="How many; one a questionnaire by default.")] = None,
     random_clickers: Annotated[float, typer.Option(help="Share of participants who click at random.")] = 0.15,
-    noise: Annotated[float, typer.Option(help="Spread of the errors in judging distances.")] = 0.35,
+    noise: Annotated[float, typer.Option(help="Spread of the errors in judging distances.")] = 0.55,
     seed: Seed = 0,
     as_json: AsJson = False,
 ) -> None:
@@ -175,7 +175,7 @@ def _emit_ingested(done: "Ingested", output: Path, as_json: bool) -> None:
     for problem in done.problems[:MAX_SHOWN_PROBLEMS]:
         sys.stderr.write(f"{problem}\n")
     if done.problems:
-        raise BatchError(f"{len(done.problems)} problems in the results; all the rest was read")
+        raise BatchError(f"{len(done.problems) + done.more_problems} problems in the results; all the rest was read")
 
 
 def aggregate(
@@ -185,6 +185,7 @@ def aggregate(
     least: Annotated[int, typer.Option(help="Votes that must agree (and be more than half).")] = 2,
     posterior: Annotated[float, typer.Option(help="With one-coin: how sure the model must be.")] = 0.9,
     unreliable_too: Annotated[bool, typer.Option(help="Keep votes of participants who failed a sentinel.")] = False,
+    strict: Annotated[bool, typer.Option(help="Exclude participants who show signs of not looking, too.")] = False,
     held_out: Annotated[float, typer.Option(help="Share of shapes held out for validation.")] = 0.1,
     validation_shapes: Annotated[str, typer.Option(help="Comma-separated shapes to hold out instead.")] = "",
     seed: Seed = 0,
@@ -199,7 +200,14 @@ def aggregate(
         raise UsageError(f"--method is {method!r}, expected majority or one-coin")
     shapes = tuple(name.strip() for name in validation_shapes.split(",") if name.strip())
     rules = Rules(
-        "majority" if method == "majority" else "one-coin", least, posterior, unreliable_too, held_out, shapes, seed
+        "majority" if method == "majority" else "one-coin",
+        least,
+        posterior,
+        unreliable_too,
+        strict,
+        held_out,
+        shapes,
+        seed,
     )
     found = find_consensus(read_votes(votes), rules)
     if not found.verdicts:
