@@ -6,6 +6,9 @@ from numba import njit
 from ncmodel.geometry.areas import Indices
 from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mask
 
+VANISHING = 1e-30
+"""Stands for a denominator that reaches 0 from below."""
+
 _NONE = np.zeros(0)
 
 
@@ -145,13 +148,16 @@ def _agreeing(n0: float, n1: float, d0: float, d1: float) -> tuple[float, float,
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _same_sign(n0: float, n1: float, d0: float, d1: float, at: float) -> tuple[float, float]:
-    """Both quantities at a cut or an end; where rounding gives them unlike signs, the one that is cut there is 0."""
+    """Both quantities at a cut or an end; where rounding gives them unlike signs, the one that is cut there vanishes.
+
+    A denominator vanishes from its numerator's side, so that their ratio is never negative.
+    """
     n, d = n0 + at * (n1 - n0), d0 + at * (d1 - d0)
     if (n >= 0.0) != (d >= 0.0):
         if abs(n) * max(abs(d0), abs(d1)) <= abs(d) * max(abs(n0), abs(n1)):
             n = 0.0
         else:
-            d = 0.0
+            d = 0.0 if n >= 0.0 else -VANISHING
     return n, d
 
 
