@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from ncmodel.errors import InputError
 from ncmodel.nets.presets import BACKGROUND
+from ncmodel.pictures import read_grey
 from ncmodel.square import Square
 from ncmodel.types import Image
 
@@ -179,23 +179,3 @@ class DataFolder:
 
 def _bytes(images: dict[int, NDArray[np.uint16]]) -> int:
     return sum(image.nbytes for image in images.values())
-
-
-def read_grey(path: Path) -> Image:
-    """(H, W) levels 0..1 of an 8 or 16 bit grey PNG.
-
-    Raises:
-        InputError: The file is missing, damaged, or not such a picture.
-    """
-    expected = "an 8 or 16 bit grey PNG"
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(path, f"can't be read ({error.strerror})", expected) from error
-    pixels = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED) if data else None
-    if pixels is None:
-        raise InputError(path, "not a readable picture", expected)
-    full = {"uint8": 255.0, "uint16": 65535.0}.get(str(pixels.dtype))
-    if pixels.ndim != 2 or full is None:
-        raise InputError(path, f"picture of shape {pixels.shape}, {pixels.dtype}", expected)
-    return np.asarray(pixels, dtype=np.float32) / np.float32(full)

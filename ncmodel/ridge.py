@@ -10,6 +10,7 @@ References:
     Steger: An Unbiased Detector of Curvilinear Structures. PAMI 20(2), 1998.
 """
 
+import itertools
 from dataclasses import dataclass
 
 import cv2
@@ -17,7 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage.morphology import skeletonize
 
-from ncmodel.types import Floats, Image, Mask
+from ncmodel.geometry.strokes import chain
+from ncmodel.square import Square
+from ncmodel.types import Floats, Image, Mask, Stroke
+
+IMAGE_FAMILY = "image"
+"""Family of the strokes that the image branch adds."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +86,22 @@ def find_ridges(probability: Image, options: RidgeOptions | None = None) -> Ridg
     points = np.stack([columns, rows], axis=1) + 0.5 + offset[rows, columns]
     alpha = np.minimum(probability[rows, columns].astype(np.float64) / options.full, 1.0)
     return Ridges(points[ends], alpha[ends])
+
+
+def polylines(ridges: Ridges, square: Square) -> tuple[Stroke, ...]:
+    """Ridges chained into strokes of the family "image".
+
+    Args:
+        ridges: Lines in a square map.
+        square: How the picture sits in that map; strokes are in the picture's pixels.
+    """
+    chains, found = chain(ridges.points), []
+    for begin, end in itertools.pairwise(chains.first.tolist()):
+        segment, first = chains.segment[begin:end], chains.flipped[begin:end].astype(np.int64)
+        points = np.concatenate([ridges.points[segment, first], ridges.points[segment[-1:], 1 - first[-1:]]])
+        alpha = np.concatenate([ridges.alpha[segment, first], ridges.alpha[segment[-1:], 1 - first[-1:]]])
+        found.append(Stroke(IMAGE_FAMILY, square.to_picture(points), alpha))
+    return tuple(found)
 
 
 def _crests(image: Floats, sigma: float) -> tuple[Mask, Floats]:
