@@ -88,6 +88,11 @@ class Aggregated:
     participants: Mapping[str, Participant]
     validation: frozenset[str]
 
+    @property
+    def reliable_share(self) -> float:
+        """Share of the participants who are reliable."""
+        return sum(person.reliable for person in self.participants.values()) / max(1, len(self.participants))
+
     def pairs(self) -> list[dict[str, object]]:
         """The ranking pairs: of each accepted item the best drawing against the seven others."""
         return [

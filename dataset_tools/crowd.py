@@ -1,5 +1,7 @@
 """The crowd's stages from folder to folder: make a batch, let simulated participants answer it, read results."""
 
+import hashlib
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -9,12 +11,13 @@ from dataset_tools.artist import ArtistDrawings, crowd_artists
 from dataset_tools.batch import Built, Look, Planner, build_batch
 from dataset_tools.items import list_items
 from dataset_tools.questionnaire import Item, Key, Scheme
+from dataset_tools.reliability import assess, counted
 from dataset_tools.results import Answered, Problem, read_csv_results
 from dataset_tools.sentinels import Drawing, artists_drawings
-from dataset_tools.simulate import Crowd, Distances, answer_all, make_crowd, write_results
+from dataset_tools.simulate import Crowd, Distances, answer_all, answer_until_reliable, make_crowd, write_results
 from dataset_tools.site_results import is_database, read_site_results
 from dataset_tools.spread import varied
-from dataset_tools.votes import Ingested, ingest
+from dataset_tools.votes import Ingested, ingest, read_votes
 from ncmodel.errors import NeuralContoursError, UsageError
 
 SENTINEL_ARTISTS = 3
@@ -77,7 +80,8 @@ def simulate_batch(
         out: Results file to write.
         crowd: What the participants are like.
         data_dir: The data folder; by default the one that the batch was made from.
-        participants: How many; by default one a questionnaire.
+        participants: How many, each questionnaire answered in turn; by default as many as it takes for each to be
+            answered by somebody who passes the sentinels, as a requester posts rejected questionnaires again.
         seed: Of everything random.
         advance: Called after each item whose drawings were compared.
 
@@ -86,20 +90,22 @@ def simulate_batch(
         InputError: A file of the batch or the data folder can't be read.
     """
     key = Key.load(batch_dir)
-    count = len(key.questionnaires) if participants is None else participants
-    if count < 1:
-        raise UsageError(f"--participants is {count}, expected 1 or more")
+    if participants is not None and participants < 1:
+        raise UsageError(f"--participants is {participants}, expected 1 or more")
     data = data_dir or batch_dir / str(key.settings.get("data", ""))
     artists = crowd_artists()
     distances = Distances(data, ArtistDrawings(data, artists))
     for item in key.items:
         distances(item)
         advance()
-    people = make_crowd(count, crowd, distances, len(artists), np.random.default_rng([seed, 1]))
+    # Enough for all to be answered reliably, however many clickers there are; nobody is named twice in two batches.
+    count = participants or 10 + 20 * len(key.questionnaires)
+    name = f"simulated-{hashlib.blake2b(f'{seed} {list(key.questionnaires)}'.encode(), digest_size=2).hexdigest()}"
+    people = make_crowd(count, crowd, distances, len(artists), np.random.default_rng([seed, 1]), name)
+    sittings = answer_all(key, people, seed) if participants else answer_until_reliable(key, people, seed)
     fields = sorted({q.field for questionnaire in key.questionnaires.values() for q in questionnaire.questions})
-    write_results(out, answer_all(key, people, seed), fields)
-    clickers = sum(person.kind == "random clicker" for person in people)
-    return {"simulated_participants": count, "random_clickers": clickers, "questionnaires": len(key.questionnaires)}
+    kinds = write_results(out, sittings, fields)
+    return {"simulated_participants": kinds.total(), **kinds, "questionnaires": len(key.questionnaires)}
 
 
 def ingest_results(batch_dir: Path, results: Sequence[Path], out: Path) -> Ingested:
@@ -119,3 +125,15 @@ def _read_all(results: Iterable[Path]) -> Iterator[Answered | Problem]:
             yield from read_site_results(path) if is_database(path) else read_csv_results(path)
         except NeuralContoursError as error:
             yield Problem(str(path), str(error).removeprefix(f"{path}: "))
+
+
+def top_up_needs(data_dir: Path, votes: Path, wanted: int) -> dict[Item, int]:
+    """How many votes of reliable participants each item still lacks; items that lack none are left out.
+
+    Raises:
+        InputError: A file can't be read.
+    """
+    everything = list(read_votes(votes))
+    have = Counter(vote.item for vote in counted(everything, assess(everything)))
+    short = {item: wanted - have[item] for item in list_items(data_dir)}
+    return {item: lacking for item, lacking in short.items() if lacking > 0}

@@ -1,6 +1,6 @@
 """Who can be relied on: participants who passed every sentinel, and which of their questionnaires counts."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from dataset_tools.suspicion import flags
@@ -65,7 +65,7 @@ def _assess(worker: str, votes: Sequence[Vote], signs: Sequence[str]) -> Partici
     return Participant(worker, first, reasons, len(checks), failed, tuple(later), sources)
 
 
-def counted(votes: Iterable[Vote], participants: dict[str, Participant], unreliable_too: bool = False) -> list[Vote]:
+def counted(votes: Iterable[Vote], participants: Mapping[str, Participant], unreliable_too: bool = False) -> list[Vote]:
     """The votes that count: of each reliable participant the first questionnaire, without its sentinels.
 
     An item that a participant saw twice there counts once, as answered first.

@@ -6,6 +6,8 @@ random.
 """
 
 import csv
+import json
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
@@ -56,7 +58,7 @@ class Crowd:
     """
 
     noise: float = 0.55
-    far: float = 0.003
+    far: float = 0.0025
     random_clickers: float = 0.15
     slip: float = 0.004
     seconds: float = 9.0
@@ -164,74 +166,102 @@ class Participant:
 
 
 def make_crowd(
-    count: int, crowd: Crowd, distances: Callable[[Item], Floats], artists: int, rng: np.random.Generator
+    count: int,
+    crowd: Crowd,
+    distances: Callable[[Item], Floats],
+    artists: int,
+    rng: np.random.Generator,
+    name: str = "simulated",
 ) -> list[Participant]:
-    """Simulated participants, of whom a stated share click at random."""
+    """Simulated participants, of whom a stated share click at random; `name` begins their names."""
     clickers = set(rng.permutation(count)[: round(crowd.random_clickers * count)].tolist())
-    return [
-        Participant(f"simulated-{number + 1:04d}", "random clicker", random_clicker)
-        if number in clickers
-        else Participant(
-            f"simulated-{number + 1:04d}", "attentive", attentive(crowd, distances, int(rng.integers(artists)))
-        )
-        for number in range(count)
-    ]
+    people = []
+    for number in range(count):
+        behaviour = attentive(crowd, distances, int(rng.integers(artists)))
+        known = ("random clicker", random_clicker) if number in clickers else ("attentive", behaviour)
+        people.append(Participant(f"{name}-{number + 1:04d}", *known))
+    return people
 
 
-def answer_all(
-    key: Key, participants: Iterable[Participant], seed: int
-) -> Iterator[tuple[Participant, Questionnaire, dict[str, Reply]]]:
+@dataclass(frozen=True)
+class Sitting:
+    """A questionnaire that a simulated participant answered."""
+
+    participant: Participant
+    questionnaire: Questionnaire
+    replies: Mapping[str, Reply]
+
+    @property
+    def passed(self) -> bool:
+        """Whether all sentinels were answered rightly."""
+        checks = (question for question in self.questionnaire.questions if question.sentinel)
+        return all(question.choice(self.replies[question.field].value) == 0 for question in checks)
+
+
+def answer_all(key: Key, participants: Iterable[Participant], seed: int) -> Iterator[Sitting]:
     """Each participant answers one questionnaire, in turn; when all are answered they go round again."""
     questionnaires = list(key.questionnaires.values())
     for number, participant in enumerate(participants):
-        questionnaire = questionnaires[number % len(questionnaires)]
         rng = np.random.default_rng([seed, number])
-        replies = {
-            question.field: participant.behaviour(question, place, rng)
-            for place, question in enumerate(questionnaire.questions)
-        }
-        yield participant, questionnaire, replies
+        yield _sit(participant, questionnaires[number % len(questionnaires)], rng)
 
 
-def write_results(
-    path: Path, answered: Iterable[tuple[Participant, Questionnaire, Mapping[str, Reply]]], fields: Iterable[str]
-) -> int:
+def answer_until_reliable(key: Key, participants: Iterable[Participant], seed: int) -> Iterator[Sitting]:
+    """Each questionnaire is answered, and where a sentinel was failed posted again for the next participant."""
+    waiting = deque(key.questionnaires.values())
+    for number, participant in enumerate(participants):
+        if not waiting:
+            return
+        sitting = _sit(participant, waiting.popleft(), np.random.default_rng([seed, number]))
+        if not sitting.passed:
+            waiting.append(sitting.questionnaire)
+        yield sitting
+
+
+def _sit(participant: Participant, questionnaire: Questionnaire, rng: np.random.Generator) -> Sitting:
+    replies = {
+        question.field: participant.behaviour(question, place, rng)
+        for place, question in enumerate(questionnaire.questions)
+    }
+    return Sitting(participant, questionnaire, replies)
+
+
+def write_results(path: Path, sittings: Iterable[Sitting], fields: Iterable[str]) -> Counter[str]:
     """Write a results file in Mechanical Turk's format, every row of it marked as simulated.
 
     Returns:
-        The number of answered questionnaires.
+        Kind of participant -> how many answered.
     """
     answers = [f"Answer.{name}" for name in (*fields, "seconds")]
-    count = 0
+    kinds: Counter[str] = Counter()
     with atomic(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
         header = [*MTURK_COLUMNS, "Input.questionnaire", *answers, "Approve", "Reject"]
         writer = csv.DictWriter(file, header, restval="", lineterminator="\n")
         writer.writeheader()
-        for count, (participant, questionnaire, replies) in enumerate(answered, 1):
-            writer.writerow(_result(count, participant, questionnaire, replies))
-    return count
+        for number, sitting in enumerate(sittings, 1):
+            kinds[sitting.participant.kind] += 1
+            writer.writerow(_result(number, sitting))
+    return kinds
 
 
-def _result(
-    number: int, participant: Participant, questionnaire: Questionnaire, replies: Mapping[str, Reply]
-) -> dict[str, str]:
-    total = sum(reply.seconds for reply in replies.values())
+def _result(number: int, sitting: Sitting) -> dict[str, str]:
+    name, identifier = sitting.participant.name, sitting.questionnaire.identifier
+    total = sum(reply.seconds for reply in sitting.replies.values())
     begin = EPOCH + timedelta(minutes=3 * number)
-    seconds = ", ".join(f'"{field}": {reply.seconds:.1f}' for field, reply in replies.items())
     return {
-        "HITId": f"simulated-{questionnaire.identifier}",
+        "HITId": f"simulated-{identifier}",
         "Title": "Answered by simulated participants",
         "RequesterAnnotation": SIMULATED,
         "MaxAssignments": "1",
-        "AssignmentId": f"simulated-assignment-{number:05d}",
-        "WorkerId": participant.name,
+        "AssignmentId": f"{name}-{identifier}",
+        "WorkerId": name,
         "AssignmentStatus": "Submitted",
         "AcceptTime": _clock(begin),
         "SubmitTime": _clock(begin + timedelta(seconds=total)),
         "WorkTimeInSeconds": str(round(total)),
-        "Input.questionnaire": questionnaire.identifier,
-        **{f"Answer.{field}": reply.value for field, reply in replies.items()},
-        "Answer.seconds": "{" + seconds + "}",
+        "Input.questionnaire": identifier,
+        **{f"Answer.{field}": reply.value for field, reply in sitting.replies.items()},
+        "Answer.seconds": json.dumps({field: round(reply.seconds, 1) for field, reply in sitting.replies.items()}),
     }
 
 

@@ -140,7 +140,8 @@ def ingest(answered: Iterable[Answered | Problem], key: Key, out: Path) -> Inges
             writer.writerows(_to_row(vote) for vote in _new_votes(one, key, known, done))
         if done.problems and not done.assignments and not done.known_assignments:
             first = done.problems[0]
-            raise InputError(first.where, first.message, "answers to this batch's questionnaires")
+            found = first.message.partition("; expected")[0]
+            raise InputError(first.where, found, "answers to this batch's questionnaires")
     return done
 
 

@@ -40,7 +40,7 @@ RenderSide = Annotated[int, typer.Option(help="Longest side of a render, pixels.
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
     group = typer.Typer(help="Questionnaires for people, and ranking pairs from their votes.", no_args_is_help=True)
-    for command in (build, serve, simulate, ingest, aggregate):
+    for command in (build, serve, simulate, ingest, aggregate, topup, audit, review):
         group.command(command.__name__)(command)
     app.add_typer(group, name="crowd")
 
@@ -136,7 +136,9 @@ def simulate(
     batch_dir: BatchDir,
     output: Annotated[Path, typer.Option("--output", "-o", help="Results file to write.")],
     data: Annotated[Path | None, typer.Option(help="The data folder; the batch knows it by default.")] = None,
-    participants: Annotated[int | None, typer.Option(help="How many; one a questionnaire by default.")] = None,
+    participants: Annotated[
+        int | None, typer.Option(help="How many; by default until each questionnaire was answered reliably.")
+    ] = None,
     random_clickers: Annotated[float, typer.Option(help="Share of participants who click at random.")] = 0.15,
     noise: Annotated[float, typer.Option(help="Spread of the errors in judging distances.")] = 0.55,
     seed: Seed = 0,
@@ -216,3 +218,67 @@ def aggregate(
     summary = found.summary()
     text = "{reliable} of {participants} participants reliable, {accepted} of {items} items accepted, {pairs} pairs"
     emit(summary, as_json, text.format(**summary) + f" in {output}")
+
+
+def topup(
+    data_dir: DataDir,
+    votes: VotesFile,
+    batch_dir: BatchDir,
+    real: Real = 30,
+    sentinels: Sentinels = 5,
+    pool: Pool = 15,
+    wanted: Annotated[int, typer.Option("--votes", help="Votes of reliable participants that each item gets.")] = 3,
+    artists: Artists = None,
+    base_url: BaseUrl = "images/",
+    embed: Embed = False,
+    drawing_side: DrawingSide = 512,
+    render_side: RenderSide = 384,
+    seed: Seed = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Make questionnaires about exactly the items that are still short of votes."""
+    from dataset_tools.batch import Look
+    from dataset_tools.crowd import make_batch, top_up_needs
+    from dataset_tools.questionnaire import Scheme
+
+    scheme = Scheme(real, sentinels, pool, wanted, seed)
+    needs = top_up_needs(data_dir, votes, wanted)
+    if not needs:
+        emit({"questionnaires": 0, "items": 0}, as_json, "no item is short of votes")
+        return
+    look = Look(drawing_side, render_side, base_url, embed)
+    _emit_built(make_batch(data_dir, batch_dir, needs, scheme, look, artists, fill=False), batch_dir, as_json)
+
+
+def audit(
+    votes: VotesFile,
+    output: Annotated[Path, typer.Option("--output", "-o", help="HTML file to write.")],
+    data: Annotated[Path | None, typer.Option(help="The data folder, to show the drawings of contested items.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Look into the votes of a study: agreement, consensus, biases, times, participants, contested items."""
+    from dataset_tools.aggregate import Rules
+    from dataset_tools.audit import audit as look_into
+    from dataset_tools.audit import write_audit
+    from dataset_tools.votes import read_votes
+
+    found = look_into(list(read_votes(votes)), Rules())
+    write_audit(found, output, data)
+    summary = found.summary()
+    text = "{accepted} of {items} items accepted, alpha {alpha}, {participants} participants"
+    emit(summary, as_json, text.format(**summary) + f"; see {output}")
+
+
+def review(
+    votes: VotesFile,
+    results: Annotated[Path, typer.Argument(help="Results CSV of Mechanical Turk.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="CSV to write.")],
+    as_json: AsJson = False,
+) -> None:
+    """Fill in the Approve and Reject columns of a results CSV, by who passed the sentinels."""
+    from dataset_tools.reliability import assess
+    from dataset_tools.review import write_review
+    from dataset_tools.votes import read_votes
+
+    counts = write_review(results, assess(read_votes(votes)), output)
+    emit(counts, as_json, "{approved} approved, {rejected} rejected, {unknown} unknown".format(**counts))
