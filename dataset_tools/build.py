@@ -135,11 +135,23 @@ def folder_status(data_dir: str | Path, verify: bool = False) -> list[ViewStatus
     earlier = store.read_index()
     seconds = {(row.shape, row.view): row.seconds for row in earlier}
     duplicates = store.duplicates()
-    return [
+    rows = [
         replace(row, seconds=seconds.get((row.shape, row.view)))
         for shape in sorted({row.shape for row in earlier})
         for row in store.statuses(shape, config.views, duplicates, verify)
     ]
+    if verify:
+        _remember_damage(store, rows)
+    return rows
+
+
+def _remember_damage(store: Store, rows: Sequence[ViewStatus]) -> None:
+    """Note what only checksums tell, so that the next build makes it again without reading every file."""
+    for row in rows:
+        shape, view = store.shape_folder(row.shape), store.view_folder(row.shape, row.view)
+        if row.status == "damaged":
+            folder = shape if row.reason.startswith("shape: ") else view
+            store.record_problem(folder, "damaged", row.reason.removeprefix("shape: "))
 
 
 def _settle_config(store: Store, config: BuildConfig) -> None:
@@ -229,9 +241,9 @@ def _make_views(
         for row in _view_outcomes(runner.run(make_views, tasks)):
             if row.status == "done":
                 made += 1
-                store.forget_failure(row.shape, row.view)
             else:
-                store.record_failure(row.shape, row.view, row.reason)
+                store.remove_folder(store.view_folder(row.shape, row.view))  # a damaged one, if any
+                store.record_problem(store.view_folder(row.shape, row.view), row.status, row.reason)
             board.put(row)
             advance(f"{row.shape}_{row.view}")
     return made

@@ -73,10 +73,6 @@ class Store:
         """Where a view lies."""
         return self.root / "views" / f"{shape}_{view}"
 
-    def failure_path(self, shape: str, view: int) -> Path:
-        """Where the reason is kept why a view could not be made."""
-        return self.root / "failed" / f"{shape}_{view}.json"
-
     @contextmanager
     def locked(self) -> Iterator[None]:
         """Keep other builds out of the folder, which is made if it isn't there.
@@ -122,24 +118,34 @@ class Store:
                     (aside / name).write_bytes(data)
                 _open_to_others(aside)
                 _replace(aside, target)
+                self._problem_path(target).unlink(missing_ok=True)
             finally:
                 shutil.rmtree(aside, ignore_errors=True)
 
-    def record_failure(self, shape: str, view: int, reason: str) -> None:
-        """Keep the reason why a view could not be made."""
-        path = self.failure_path(shape, view)
-        with writing_to(self.root):
-            path.parent.mkdir(exist_ok=True)
-            write_text(path, json.dumps({"reason": reason}))
+    def record_problem(self, folder: Path, status: Status, reason: str) -> None:
+        """Keep the reason why a shape's or a view's folder isn't there, or not as it was, until it is written again.
 
-    def forget_failure(self, shape: str, view: int) -> None:
-        """Drop that reason."""
-        self.failure_path(shape, view).unlink(missing_ok=True)
+        Args:
+            folder: As `shape_folder` or `view_folder` give it.
+            status: "failed" or "damaged".
+            reason: One line.
+        """
+        path = self._problem_path(folder)
+        with writing_to(self.root):
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_text(path, json.dumps({"status": status, "reason": reason}) + "\n")
+
+    def remove_folder(self, folder: Path) -> None:
+        """Remove a folder of results, all of it at once."""
+        if folder.exists():
+            with writing_to(self.root):
+                folder.rename(self.root / _ASIDE / f"{folder.parent.name}-{folder.name}")
+        shutil.rmtree(self.root / _ASIDE / f"{folder.parent.name}-{folder.name}", ignore_errors=True)
 
     def shape_record(self, shape: str) -> dict[str, Any] | None:
         """What `clean.json` says of a shape; None when it hasn't been cleaned, or its folder is damaged."""
         folder = self.shape_folder(shape)
-        return None if damage(folder) else _read_json(folder / "clean.json")
+        return None if self._damage(folder, verify=False) else _read_json(folder / "clean.json")
 
     def duplicates(self) -> dict[str, str]:
         """Shape -> the shape that it is a duplicate of."""
@@ -168,12 +174,10 @@ class Store:
         folder = self.shape_folder(shape)
         if not folder.is_dir():
             return "pending", "not cleaned yet"
-        found = damage(folder, verify)
-        if found:
-            return "damaged", f"shape: {found}"
+        found = self._damage(folder, verify)
         record = _read_json(folder / "clean.json")
-        if record is None:
-            return "damaged", "shape: clean.json isn't what it was"
+        if found or record is None:
+            return "damaged", f"shape: {found or 'clean.json is damaged'}"
         if record["status"] == "done" and shape in duplicates:
             return "skipped", f"duplicate of {duplicates[shape]}"
         return record["status"], record["reason"]
@@ -181,10 +185,18 @@ class Store:
     def _view_status(self, shape: str, view: int, verify: bool) -> tuple[Status, str]:
         folder = self.view_folder(shape, view)
         if folder.is_dir():
-            found = damage(folder, verify)
+            found = self._damage(folder, verify)
             return ("damaged", found) if found else ("done", "")
-        failure = _read_json(self.failure_path(shape, view))
-        return ("failed", str(failure["reason"])) if failure is not None else ("pending", "")
+        problem = _read_json(self._problem_path(folder))
+        return (problem["status"], problem["reason"]) if problem else ("pending", "")
+
+    def _damage(self, folder: Path, verify: bool) -> str:
+        """What is wrong with a folder, by its files or as an earlier look at their checksums found."""
+        problem = _read_json(self._problem_path(folder))
+        return damage(folder, verify) or (str(problem["reason"]) if problem else "")
+
+    def _problem_path(self, folder: Path) -> Path:
+        return self.root / "problems" / folder.parent.name / f"{folder.name}.json"
 
     def write_index(self, rows: Sequence[ViewStatus]) -> None:
         """Write `index.csv`."""

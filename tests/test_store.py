@@ -113,10 +113,30 @@ def test_the_state_is_what_lies_on_disk(store: Store) -> None:
     write_shape(store, "cow")
     assert states(store, "cow", 2) == [("pending", ""), ("pending", "")]
     store.write_folder(store.view_folder("cow", 1), FILES)
-    store.record_failure("cow", 0, "too strange")
+    store.record_problem(store.view_folder("cow", 0), "failed", "too strange")
     assert states(store, "cow", 2) == [("failed", "too strange"), ("done", "")]
-    store.forget_failure("cow", 0)
-    assert states(store, "cow", 2) == [("pending", ""), ("done", "")]
+    store.write_folder(store.view_folder("cow", 0), FILES)
+    assert states(store, "cow", 2) == [("done", ""), ("done", "")]
+
+
+def test_noted_damage_counts_until_the_folder_is_written_again(store: Store) -> None:
+    write_shape(store, "cow")
+    store.write_folder(store.view_folder("cow", 0), FILES)
+    store.record_problem(store.view_folder("cow", 0), "damaged", "a.txt was changed")
+    assert states(store, "cow") == [("damaged", "a.txt was changed")]
+    store.write_folder(store.view_folder("cow", 0), FILES)
+    assert states(store, "cow") == [("done", "")]
+    store.record_problem(store.shape_folder("cow"), "damaged", "mesh.ply was changed")
+    assert states(store, "cow") == [("damaged", "shape: mesh.ply was changed")]
+    assert store.shape_record("cow") is None
+
+
+def test_a_folder_is_removed_as_a_whole(store: Store) -> None:
+    store.write_folder(store.view_folder("cow", 0), FILES)
+    store.remove_folder(store.view_folder("cow", 0))
+    store.remove_folder(store.view_folder("cow", 0))
+    assert not store.view_folder("cow", 0).exists()
+    assert not list((store.root / ".tmp").iterdir())
 
 
 def test_a_shape_that_was_not_cleaned_has_no_views(store: Store) -> None:
