@@ -9,21 +9,28 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
+import numpy as np
+
 from ncmodel import export
 from ncmodel.camera import DEFAULT_SIZE, Camera
 from ncmodel.errors import InputError, UsageError
-from ncmodel.export import WIDTH, Picture
+from ncmodel.export import REFERENCE_SIDE, WIDTH, Picture
 from ncmodel.fade import check_thresholds, fade, survivors
 from ncmodel.stages import timed
-from ncmodel.types import FILTERED_FAMILIES, Image, LineFamily, Mesh, Segments, Stroke, Thresholds, Trace
+from ncmodel.types import FILTERED_FAMILIES, Floats, Image, LineFamily, Mask, Mesh, Segments, Stroke, Thresholds, Trace
 
 if TYPE_CHECKING:
     from ncmodel.geometry.surface import Surface
     from ncmodel.geometry.view import View
 
 DEFAULT_FAMILIES = tuple(LineFamily)
-CREASE_ANGLE = 60.0
+CREASE_ANGLE = 40.0
 """Degrees between faces above which their edge is drawn as a crease, unless told otherwise."""
+CREASE_EDGES = 6
+CREASE_LENGTH = 0.05
+"""Connected creases of fewer edges than `CREASE_EDGES`, and shorter than this share of the object, are roughness."""
+SHORTEST_STROKE = 2.5
+"""Strokes of filtered families shorter than this, in pixels at 768, are dots and not drawn."""
 SUFFIXES = (".svg", ".png", ".pdf")
 """The file formats that a drawing is written in."""
 
@@ -180,7 +187,9 @@ def draw(
     for family in families:
         segments = visible_segments(view, family, thresholds, detail)
         with timed(surface.trace, "strokes"):
-            drawn += strokes(segments, view.camera, detail.tolerance)
+            least = SHORTEST_STROKE * min(camera.width, camera.height) / REFERENCE_SIDE
+            least = least if family in FILTERED_FAMILIES else 0.0
+            drawn += strokes(segments, camera, detail.tolerance, least)
     mesh = surface.mesh
     return Drawing(view.camera, tuple(drawn), mesh.name, thresholds, families, mesh.notes, surface.trace)
 
@@ -190,9 +199,20 @@ def visible_segments(view: "View", family: LineFamily, thresholds: Thresholds, d
     threshold, unit = thresholds.of(family) or 0.0, thresholds.unit
     p90 = _percentile(view, family) if family in FILTERED_FAMILIES and unit == "p90" else 1.0
     lines = view.candidates(family)
+    if family is LineFamily.CREASES:
+        lines = lines.take(_long(lines.points))
     # Weak lines are the most numerous; what the threshold takes away needs no rays.
     strong = lines.take(survivors(lines, threshold, unit, p90))
     return fade(view.unhidden(strong, detail.sample_pixels), threshold, unit, p90)
+
+
+def _long(creases: Floats) -> Mask:
+    """(S,) True for (S, 2, 3) creases that are connected to enough others to be a line and not a rough spot."""
+    from ncmodel.geometry.strokes import connected
+
+    run = connected(creases)
+    length = np.bincount(run, np.linalg.norm(creases[:, 1] - creases[:, 0], axis=1))
+    return np.asarray((np.bincount(run)[run] >= CREASE_EDGES) | (length[run] >= CREASE_LENGTH))
 
 
 def _percentile(view: "View", family: LineFamily) -> float:

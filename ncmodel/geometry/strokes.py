@@ -4,7 +4,6 @@ Segments of a line meet at points that neighbouring faces compute on their own, 
 matched on a grid much finer than a pixel; where more than two segments meet, the straightest pairs are joined.
 """
 
-import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -63,6 +62,15 @@ def chain(points: Floats) -> Chains:
     partner = _link(nodes[kept].ravel(), np.ascontiguousarray(points[kept]))
     segment, flipped, first = _trace(partner)
     return Chains(kept[segment], flipped, first)
+
+
+def connected(points: Floats) -> Ints:
+    """(S,) a number for each of (S, 2, D) segments, equal for those that are connected through shared end points."""
+    if len(points) == 0:
+        return np.empty(0, np.int64)
+    nodes = weld_points(points.reshape(-1, points.shape[2]))
+    segment = np.repeat(np.arange(len(points)), 2)
+    return np.asarray(_joined(segment, nodes)[::2])
 
 
 def weld_points(points: Floats) -> Ints:
@@ -185,13 +193,16 @@ def _trace(partner: Ints) -> tuple[Ints, Mask, Ints]:
     return segment, flipped, first[: chains + 1]
 
 
-def strokes(segments: Segments, camera: Camera, tolerance: float = TOLERANCE) -> tuple[Stroke, ...]:
+def strokes(
+    segments: Segments, camera: Camera, tolerance: float = TOLERANCE, shortest: float = 0.0
+) -> tuple[Stroke, ...]:
     """Long strokes on the picture plane from visible segments.
 
     Args:
         segments: Pieces of lines in front of the camera, in object space.
         camera: Where they are seen from.
         tolerance: How far, in pixels, a stroke may stray from its segments; 0 keeps every point.
+        shortest: Pixels; shorter strokes are left out.
     """
     chains = chain(segments.points)
     if len(chains) == 0:
@@ -209,7 +220,12 @@ def strokes(segments: Segments, camera: Camera, tolerance: float = TOLERANCE) ->
     kept = _simplify(pixels, alpha, first, tolerance, ALPHA_TOLERANCE if tolerance else 0.0)
     bounds = np.searchsorted(np.flatnonzero(kept), first)
     pixels, alpha = pixels[kept], alpha[kept]
-    return tuple(Stroke(segments.family.value, pixels[a:b], alpha[a:b]) for a, b in itertools.pairwise(bounds.tolist()))
+    travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(pixels, axis=0), axis=1))])
+    length = travelled[bounds[1:] - 1] - travelled[bounds[:-1]]
+    return tuple(
+        Stroke(segments.family.value, pixels[bounds[c] : bounds[c + 1]], alpha[bounds[c] : bounds[c + 1]])
+        for c in np.flatnonzero(length >= shortest).tolist()
+    )
 
 
 def pen_order(strokes: Sequence[Stroke]) -> tuple[Stroke, ...]:

@@ -8,7 +8,7 @@ on either side of the face. Two kinds of faces are no occluders:
   explodes on faces seen at a grazing angle. Shells that touch or coincide are covered by the same rule.
 * A face of the same fold. Lines are found on the smooth surface that interpolated normals describe, but rays meet flat
   faces. Where that surface turns from the eye, about half of a contour lies on faces that look away and that their
-  neighbours hide. Such a neighbour is near, by the size of the face, and turned the same way.
+  neighbours hide. Such a neighbour is near, by the size of the face, turned the same way, and near the turn itself.
 
 What is left of the faces' roughness is smoothed along the chained lines: a gap of few pixels that something near makes
 is closed, and a speck of line in the middle of a hidden part is dropped.
@@ -143,7 +143,7 @@ class _Occlusion:
         hits = self.scene.hits(self.eye, points - self.eye)
         before = np.linalg.norm(points - self.eye, axis=1) - hits.distance
         touch = TOUCH * self.scene.radius
-        return _judge(points, self.face[segment], self.reach[segment], hits.face, before, self.surface, touch)
+        return _judge(points, self.face[segment], self.reach[segment], hits.face, before, self.surface, self.eye, touch)
 
 
 def _in_frame(points: Floats, camera: Camera, near: float) -> tuple[Floats, Floats]:
@@ -183,25 +183,14 @@ def _sample(points: Floats, camera: Camera, spacing: float) -> _Samples:
 
 @njit(cache=True, nogil=True)
 def _fold_reach(face: Ints, surface: Smooth, eye: Floats) -> Floats:
-    """(S,) how far before a line on each `face` its own fold may be met; 0 where the surface isn't about to turn away.
-
-    The flat face is off the smooth surface by the angles between its normal and its corners'. If the surface faces the
-    eye, or turns from it, by more than a few of these, neighbours as rough can't be in the way.
-    """
-    vertices, faces, normals = surface
+    """(S,) how far before a line on each `face` its own fold may be met; 0 where there is none."""
     reach = np.zeros(len(face))
-    viewer = (eye[0], eye[1], eye[2])
     for s in range(len(face)):
-        i, j, k = faces[face[s], 0], faces[face[s], 1], faces[face[s], 2]
-        a, b, c = _row(vertices, i), _row(vertices, j), _row(vertices, k)
-        flat = _unit(_cross(_minus(b, a), _minus(c, a)))
-        toward = _unit(_minus(viewer, a))
-        lean = _dot(flat, toward)
-        low, high, off = np.inf, -np.inf, 0.0
-        for corner in (i, j, k):
-            smooth = _dot(_row(normals, corner), toward)
-            low, high, off = min(low, smooth), max(high, smooth), max(off, abs(smooth - lean))
-        if max(low, -high) <= ROUGHNESS * off:
+        if _near_fold(surface, face[s], eye, ROUGHNESS):
+            i, j, k = surface.faces[face[s], 0], surface.faces[face[s], 1], surface.faces[face[s], 2]
+            a, b, c = _row(surface.vertices, i), _row(surface.vertices, j), _row(surface.vertices, k)
+            flat, toward = _unit(_cross(_minus(b, a), _minus(c, a))), _unit(_minus((eye[0], eye[1], eye[2]), a))
+            lean = _dot(flat, toward)
             along = _unit((toward[0] - lean * flat[0], toward[1] - lean * flat[1], toward[2] - lean * flat[2]))
             at_b, at_c = _dot(_minus(b, a), along), _dot(_minus(c, a), along)
             reach[s] = REACH * (max(0.0, at_b, at_c) - min(0.0, at_b, at_c))
@@ -209,11 +198,30 @@ def _fold_reach(face: Ints, surface: Smooth, eye: Floats) -> Floats:
 
 
 @njit(cache=True, nogil=True)
+def _near_fold(surface: Smooth, face: int, eye: Floats, roughness: float) -> bool:
+    """Whether the smooth surface may turn from the eye within a face or two.
+
+    The flat face is off the smooth surface by the angles between its normal and its corners'. If the surface faces the
+    eye, or turns from it, by more than a few of these, it doesn't.
+    """
+    vertices, faces, normals = surface
+    i, j, k = faces[face, 0], faces[face, 1], faces[face, 2]
+    a, b, c = _row(vertices, i), _row(vertices, j), _row(vertices, k)
+    toward = _unit(_minus((eye[0], eye[1], eye[2]), a))
+    lean = _dot(_unit(_cross(_minus(b, a), _minus(c, a))), toward)
+    low, high, off = np.inf, -np.inf, 0.0
+    for corner in (i, j, k):
+        facing = _dot(_row(normals, corner), toward)
+        low, high, off = min(low, facing), max(high, facing), max(off, abs(facing - lean))
+    return bool(max(low, -high) <= roughness * off)
+
+
+@njit(cache=True, nogil=True)
 def _judge(
-    points: Floats, face: Ints, reach: Floats, hit: Ints, before: Floats, surface: Smooth, touch: float
+    points: Floats, face: Ints, reach: Floats, hit: Ints, before: Floats, surface: Smooth, eye: Floats, touch: float
 ) -> NDArray[np.int8]:
     """States of (N, 3) points on faces, given which faces their rays hit and how far before them."""
-    vertices, faces, normals = surface
+    vertices, faces, _ = surface
     state = np.full(len(points), _SEEN, np.int8)
     for n in range(len(points)):
         if before[n] <= touch:
@@ -222,18 +230,23 @@ def _judge(
         i, j, k = faces[hit[n], 0], faces[hit[n], 1], faces[hit[n], 2]
         if _distance_to_triangle(point, _row(vertices, i), _row(vertices, j), _row(vertices, k)) <= touch:
             continue
-        if before[n] <= reach[n] and _turned_alike(normals, faces, face[n], hit[n]):
+        if (
+            before[n] <= reach[n]
+            and _turned_alike(surface, face[n], hit[n])
+            and _near_fold(surface, hit[n], eye, 2 * ROUGHNESS)
+        ):
             continue
         state[n] = _HIDDEN_NEARBY if before[n] <= reach[n] * GAP_REACH / REACH else _HIDDEN
     return state
 
 
 @njit(cache=True, nogil=True)
-def _turned_alike(normals: Floats, faces: Indices, one: int, other: int) -> bool:
+def _turned_alike(surface: Smooth, one: int, other: int) -> bool:
     """Whether the mean normals at two faces' corners are within the angle allowed for faces of one fold."""
+    normals = surface.normals
     ax, ay, az, bx, by, bz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(3):
-        a, b = faces[one, k], faces[other, k]
+        a, b = surface.faces[one, k], surface.faces[other, k]
         ax, ay, az = ax + normals[a, 0], ay + normals[a, 1], az + normals[a, 2]
         bx, by, bz = bx + normals[b, 0], by + normals[b, 1], bz + normals[b, 2]
     squares = (ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz)
