@@ -71,6 +71,59 @@ class Progressed:
         return {key: value for key, value in record.items() if key not in ("epoch", "loss")}
 
 
+class _Trainer:
+    """Networks, their optimiser, and the moving average of their weights.
+
+    Attributes:
+        networks: What is trained, with the weights that the next step starts from.
+        optimiser: Adam.
+        average: Moving average of the weights and buffers, by name.
+        steps: Steps taken so far, those of earlier runs included.
+    """
+
+    def __init__(self, objective: Objective) -> None:
+        self.networks = nn.ModuleDict(objective.networks)
+        self.networks.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+        self.networks.requires_grad_(True)
+        self.optimiser = torch.optim.Adam(self.networks.parameters(), lr=objective.rates.learning_rate)
+        self.decay, self.steps = objective.averaging, 0
+        self.average = _copied(self.networks)
+
+    def start(self, objective: Objective) -> None:
+        """Prepare networks that haven't been trained yet."""
+        objective.prepare()
+        self.average = _copied(self.networks)
+
+    def step(self, loss: Tensor) -> float:
+        """Take one step down a loss."""
+        self.optimiser.zero_grad()
+        torch.autograd.backward(loss)
+        self.optimiser.step()
+        self.steps += 1
+        # Early on, the average follows closely: it would else remember the initial weights for long.
+        decay = min(self.decay, self.steps / (self.steps + 9)) if self.decay else 0.0
+        with torch.no_grad():
+            for name, value in self.networks.state_dict().items():
+                mean = self.average[name]
+                if value.is_floating_point() and decay:
+                    mean.lerp_(value, 1 - decay)
+                else:
+                    mean.copy_(value)
+        return loss.item()
+
+    @contextmanager
+    def averaged(self) -> Iterator[None]:
+        """The networks have their average weights in the block, and are in evaluation mode."""
+        now = _copied(self.networks)
+        self.networks.load_state_dict(self.average)
+        self.networks.eval()
+        try:
+            yield
+        finally:
+            self.networks.load_state_dict(now)
+            self.networks.train()
+
+
 def fit(objective: Objective, plan: Plan, progress: Progress = silent) -> Progressed:
     """Train an objective's networks; they end with the weights of the pass that did best on held-out items.
 
@@ -78,12 +131,10 @@ def fit(objective: Objective, plan: Plan, progress: Progress = silent) -> Progre
         UsageError: The state file is of a training with other settings.
     """
     begin = time.monotonic()
-    networks = nn.ModuleDict(objective.networks).to(memory_format=torch.channels_last)  # type: ignore[call-overload]
-    networks.requires_grad_(True)
-    optimiser = torch.optim.Adam(networks.parameters(), lr=objective.rates.learning_rate)
-    done = _resume(plan, networks, optimiser)
+    trainer = _Trainer(objective)
+    done = _resume(plan, trainer)
     if done is None:
-        objective.prepare()
+        trainer.start(objective)
         done = Progressed()
     left = range(len(done.history), plan.epochs)
     with _deterministic(), progress(objective.name, len(left)) as advance:
@@ -91,33 +142,28 @@ def fit(objective: Objective, plan: Plan, progress: Progress = silent) -> Progre
             if _over(begin, plan.seconds) and done.history:
                 break
             rng = np.random.default_rng([plan.seed, STAGES.index(objective.name), epoch])
-            networks.train()
-            loss = _one_pass(optimiser, objective.steps(rng), begin, plan.seconds)
-            networks.eval()
-            measures = objective.validate()
+            loss = _one_pass(trainer, objective.steps(rng), begin, plan.seconds)
+            with trainer.averaged():
+                measures = objective.validate()
             done.history.append({"epoch": epoch + 1, "loss": loss, **measures})
             if not measures or not done.best_epoch or objective.merit(measures) > objective.merit(done.validation):
-                done.best_epoch, done.best = epoch + 1, _copied(networks)
-            _save(plan, networks, optimiser, done)
+                done.best_epoch = epoch + 1
+                done.best = {name: value.clone() for name, value in trainer.average.items()}
+            _save(plan, trainer, done)
             advance(", ".join(f"{key} {value:.4f}" for key, value in {"loss": loss, **measures}.items()))
-    networks.load_state_dict(done.best)
-    networks.eval().requires_grad_(False)
+    trainer.networks.load_state_dict(done.best)
+    trainer.networks.eval().requires_grad_(False)
     return done
 
 
-def _one_pass(
-    optimiser: torch.optim.Optimizer, steps: Sequence[Callable[[], Tensor]], begin: float, seconds: float | None
-) -> float:
+def _one_pass(trainer: _Trainer, steps: Sequence[Callable[[], Tensor]], begin: float, seconds: float | None) -> float:
     """Take the steps of one pass (at least one) and return their mean loss."""
     losses: list[float] = []
+    trainer.networks.train()
     for step in steps:
         if losses and _over(begin, seconds):
             break
-        loss = step()
-        optimiser.zero_grad()
-        torch.autograd.backward(loss)
-        optimiser.step()
-        losses.append(loss.item())
+        losses.append(trainer.step(step()))
     return float(np.mean(losses))
 
 
@@ -139,33 +185,35 @@ def _copied(networks: nn.Module) -> Tensors:
     return {name: tensor.detach().clone() for name, tensor in networks.state_dict().items()}
 
 
-def _save(plan: Plan, networks: nn.Module, optimiser: torch.optim.Optimizer, done: Progressed) -> None:
+def _save(plan: Plan, trainer: _Trainer, done: Progressed) -> None:
     """Write the state after a pass."""
-    tensors = {f"now.{name}": value for name, value in networks.state_dict().items()}
+    tensors = {f"now.{name}": value for name, value in trainer.networks.state_dict().items()}
+    tensors |= {f"average.{name}": value for name, value in trainer.average.items()}
     tensors |= {f"best.{name}": value for name, value in done.best.items()}
-    for index, moments in optimiser.state_dict()["state"].items():
+    for index, moments in trainer.optimiser.state_dict()["state"].items():
         tensors |= {f"adam.{index}.{key}": value for key, value in moments.items()}
-    header = {"settings": plan.settings, "history": done.history, "best_epoch": done.best_epoch}
-    save_tensors(plan.state, STATE_KIND, tensors, header)
+    progressed = {"history": done.history, "best_epoch": done.best_epoch, "steps": trainer.steps}
+    save_tensors(plan.state, STATE_KIND, tensors, {"settings": plan.settings, **progressed})
 
 
-def _resume(plan: Plan, networks: nn.Module, optimiser: torch.optim.Optimizer) -> Progressed | None:
-    """Put networks and optimiser where an earlier run stopped; None when there was none."""
+def _resume(plan: Plan, trainer: _Trainer) -> Progressed | None:
+    """Bring a trainer to where an earlier run stopped; None when there was none."""
     if not plan.state.exists():
         return None
     tensors, header = load_tensors(plan.state, STATE_KIND)
     for key, value in plan.settings.items():
-        if header["settings"].get(key) != value:
-            was = header["settings"].get(key)
-            raise UsageError(f"{plan.state}: an earlier training had {key} {was!r}, now {value!r}; see --restart")
-    parts: dict[str, dict[str, Tensor]] = {"now": {}, "best": {}, "adam": {}}
+        was = header["settings"].get(key)
+        if was != value:
+            raise UsageError(f"{plan.state}: an earlier training had {key} {was}, now {value}; see --restart")
+    parts: dict[str, Tensors] = {"now": {}, "average": {}, "best": {}, "adam": {}}
     for name, tensor in tensors.items():
         part, _, rest = name.partition(".")
         parts[part][rest] = tensor
-    networks.load_state_dict(parts["now"])
-    moments: dict[int, dict[str, Tensor]] = {}
+    moments: dict[int, Tensors] = {}
     for name, tensor in parts["adam"].items():
         index, _, key = name.partition(".")
         moments.setdefault(int(index), {})[key] = tensor
-    optimiser.load_state_dict({**optimiser.state_dict(), "state": moments})
+    trainer.networks.load_state_dict(parts["now"])
+    trainer.optimiser.load_state_dict({**trainer.optimiser.state_dict(), "state": moments})
+    trainer.average, trainer.steps = parts["average"], header["steps"]
     return Progressed(header["history"], header["best_epoch"], parts["best"])

@@ -1,6 +1,7 @@
 """What the three training stages minimise, and how their networks are judged on held-out views (section 5)."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -26,6 +27,7 @@ class Objective(Protocol):
     name: str
     networks: dict[str, nn.Module]
     rates: Rates
+    averaging: float
 
     def prepare(self) -> None:
         """Set what the networks know before their first step: input scales and the like."""
@@ -50,7 +52,7 @@ class RankerObjective:
         self.training = [pair for pair in pairs if pair.split == "train"]
         self.held_out = [pair for pair in pairs if pair.split == "validation"]
         self.networks: dict[str, nn.Module] = {"ranker": ranker}
-        self.rates = preset.ranker
+        self.rates, self.averaging = preset.ranker, preset.averaging
 
     def prepare(self) -> None:
         """Measure the input scales."""
@@ -93,7 +95,7 @@ class TranslatorObjective:
         self.training = [(item, best[item]) for item in sorted(best) if item not in held_out]
         self.held_out = [(item, best[item]) for item in sorted(best) if item in held_out]
         self.networks: dict[str, nn.Module] = {"translator": translator}
-        self.rates = preset.translator
+        self.rates, self.averaging = preset.translator, preset.averaging
 
     def prepare(self) -> None:
         """Measure the input scales and the share of ink."""
@@ -133,11 +135,10 @@ class FinetuneObjective:
         folder: DataFolder,
         pairs: Sequence[Pair],
     ) -> None:
+        self.preset, self.rates, self.averaging = preset, preset.finetune, preset.averaging
         self.ranking = RankerObjective(preset, ranker, folder, pairs)
         self.translation = TranslatorObjective(preset, translator, folder, pairs)
         self.networks: dict[str, nn.Module] = {"ranker": ranker, "translator": translator}
-        self.rates = preset.finetune
-        self.preset = preset
 
     def prepare(self) -> None:
         """Nothing: both networks come trained."""
@@ -148,19 +149,10 @@ class FinetuneObjective:
         return [lambda chunk=chunk: self._loss(chunk, rng) for chunk in chunks]  # type: ignore[misc]
 
     def _loss(self, chunk: Sequence[Pair], rng: np.random.Generator) -> Tensor:
-        pairs = load_pairs(self.ranking.folder, chunk, self.preset.translation.size)
-        batch = vary(pairs.batch, self.preset.shift, rng)
-        ranker, translator = self.ranking.ranker, self.translation.translator
-        best = torch.unique(pairs.better)
-        logits = translator.logits(batch.maps[batch.view[best]])
-        merged = torch.maximum(batch.drawings[best], torch.sigmoid(logits))
-        drawings = torch.cat([batch.drawings, merged])
-        view = torch.cat([batch.view, batch.view[best]])
-        scores = score_batch(ranker, Batch(batch.maps, drawings, view))
-        place = len(batch.drawings) + torch.searchsorted(best, pairs.better)
-        plain = ranking_loss(scores[pairs.better], scores[pairs.worse])
-        through = ranking_loss(scores[place], scores[pairs.worse])
-        return plain + through + cross_entropy(logits, batch.drawings[best])
+        loaded = load_pairs(self.ranking.folder, chunk, self.preset.translation.size)
+        pairs = replace(loaded, batch=vary(loaded.batch, self.preset.shift, rng))
+        losses = finetune_losses(self.ranking.ranker, self.translation.translator, pairs)
+        return losses.ranking + losses.merged_ranking + losses.cross_entropy
 
     def validate(self) -> Measures:
         """The measures of both networks."""
@@ -169,6 +161,39 @@ class FinetuneObjective:
     def merit(self, measures: Measures) -> tuple[float, ...]:
         """Accuracy, then a low cross-entropy."""
         return measures["accuracy"], -measures["cross_entropy"]
+
+
+@dataclass(frozen=True, eq=False)
+class FinetuneLosses:
+    """What finetuning minimises the sum of.
+
+    Attributes:
+        ranking: L_R of the voted drawings; it keeps the ranking module true to the votes.
+        merged_ranking: L_R with max(I_best, I_L), the drawing that is merged at test time, in the place of I_best. Its
+            gradient reaches the image branch wherever that draws more than the best drawing does.
+        cross_entropy: L_ce of the image branch; it keeps I_L from drawing whatever happens to please the ranking
+            module.
+    """
+
+    ranking: Tensor
+    merged_ranking: Tensor
+    cross_entropy: Tensor
+
+
+def finetune_losses(ranker: RankingModule, translator: TranslationBranch, pairs: PairBatch) -> FinetuneLosses:
+    """The losses of one batch at the translator's resolution."""
+    batch = pairs.batch
+    best = torch.unique(pairs.better)
+    logits = translator.logits(batch.maps[batch.view[best]])
+    merged = torch.maximum(batch.drawings[best], torch.sigmoid(logits))
+    everything = Batch(batch.maps, torch.cat([batch.drawings, merged]), torch.cat([batch.view, batch.view[best]]))
+    scores = score_batch(ranker, everything)
+    place = len(batch.drawings) + torch.searchsorted(best, pairs.better)
+    return FinetuneLosses(
+        ranking=ranking_loss(scores[pairs.better], scores[pairs.worse]),
+        merged_ranking=ranking_loss(scores[place], scores[pairs.worse]),
+        cross_entropy=cross_entropy(logits, batch.drawings[best]),
+    )
 
 
 def score_batch(ranker: RankingModule, batch: Batch) -> Tensor:

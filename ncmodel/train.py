@@ -246,7 +246,7 @@ class _Run:
         }
         self.history[objective.name] = done.history
         save_checkpoint(self.out, self.checkpoint)
-        write_text(self.history_file, json.dumps(self.history, indent=1, allow_nan=False) + "\n")
+        write_text(self.history_file, json.dumps(self.history, indent=1, sort_keys=True, allow_nan=False) + "\n")
 
 
 def _short_hash(text: str) -> str:
