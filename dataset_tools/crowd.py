@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from dataset_tools.artist import ArtistDrawings, crowd_artists
-from dataset_tools.batch import Built, Look, Planner, build_batch
+from dataset_tools.batch import Built, Planner, build_batch
+from dataset_tools.batch_files import Look
+from dataset_tools.ingestion import Ingested
 from dataset_tools.items import list_items
 from dataset_tools.questionnaire import Item, Key, Scheme
 from dataset_tools.reliability import assess, counted
@@ -17,7 +19,7 @@ from dataset_tools.sentinels import Drawing, artists_drawings
 from dataset_tools.simulate import Crowd, Distances, answer_all, answer_until_reliable, make_crowd, write_results
 from dataset_tools.site_results import is_database, read_site_results
 from dataset_tools.spread import varied
-from dataset_tools.votes import Ingested, ingest, read_votes
+from dataset_tools.votes import ingest, read_votes
 from ncmodel.errors import NeuralContoursError, UsageError
 
 SENTINEL_ARTISTS = 3

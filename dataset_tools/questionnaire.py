@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from ncmodel.errors import InputError, UsageError
-from ncmodel.files import write_text
 
 NONE = "none"
 """The answer "none of these line drawings are good"."""
@@ -139,16 +138,13 @@ class Key:
         """All items asked about, sorted."""
         return sorted({item for questionnaire in self.questionnaires.values() for item in questionnaire.items})
 
-    def save(self, path: Path) -> None:
-        """Write the key."""
-        record = {
-            **self.settings,
-            "questionnaires": {
-                identifier: {"questions": [_to_record(question) for question in questionnaire.questions]}
-                for identifier, questionnaire in self.questionnaires.items()
-            },
+    def record(self) -> dict[str, Any]:
+        """What `key.json` holds."""
+        questionnaires = {
+            identifier: {"questions": [_to_record(question) for question in questionnaire.questions]}
+            for identifier, questionnaire in self.questionnaires.items()
         }
-        write_text(path, json.dumps(record, indent=1) + "\n")
+        return {**self.settings, "questionnaires": questionnaires}
 
     @staticmethod
     def load(batch_dir: str | Path) -> "Key":

@@ -1,15 +1,23 @@
 """Votes: one row for each question that a participant answered, whatever the answer was worth."""
 
 import csv
-import math
-import sys
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 
+from dataset_tools.ingestion import (
+    AnswerFile,
+    Identity,
+    Ingested,
+    append,
+    read_rows,
+    to_cell,
+    to_seconds,
+    to_whole,
+)
 from dataset_tools.questionnaire import N_OPTIONS, NONE, Item, Key, Question, Questionnaire
-from dataset_tools.results import MAX_FIELD, Answered, Problem
+from dataset_tools.results import Answered, Problem
 from ncmodel.errors import InputError
 from ncmodel.files import atomic
 
@@ -54,9 +62,6 @@ class Vote:
         return Item(self.shape, self.view)
 
 
-MAX_PROBLEMS = 1000
-"""Problems that are kept in words; a file of garbage has as many as rows."""
-
 COLUMNS = tuple(one.name for one in fields(Vote))
 _OPTIONAL = ("position", "submitted")
 
@@ -98,90 +103,27 @@ def _vote(answered: Answered, asked: Questionnaire, question: Question, sent: st
     )
 
 
-@dataclass
-class Ingested:
-    """What an ingestion did."""
-
-    assignments: int = 0
-    known_assignments: int = 0
-    votes: int = 0
-    sources: dict[str, int] = field(default_factory=dict)
-    problems: list[Problem] = field(default_factory=list)
-    more_problems: int = 0
-
-    def complain(self, problem: Problem) -> None:
-        """Note a problem; beyond the first thousand they are only counted."""
-        if len(self.problems) < MAX_PROBLEMS:
-            self.problems.append(problem)
-        else:
-            self.more_problems += 1
-
-
-Identity = tuple[str, str, str]
-
-
-def ingest(answered: Iterable[Answered | Problem], key: Key, out: Path) -> Ingested:
-    """Append answered questionnaires to a vote file; an assignment that it holds already counts once.
-
-    The file is replaced at the end, so it holds all that was read or what it held before.
-
-    Raises:
-        InputError: `out` exists and isn't a vote file, or there were problems and nothing else.
-    """
-    done = Ingested()
-    known: dict[Identity, int] = {}
-    with atomic(out) as aside, aside.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(COLUMNS)
-        for vote in read_votes(out) if out.exists() else ():
-            known[_identity(vote)] = known.get(_identity(vote), 0) + _digest(vote)
-            writer.writerow(_to_row(vote))
-        for one in answered:
-            writer.writerows(_to_row(vote) for vote in _new_votes(one, key, known, done))
-        if done.problems and not done.assignments and not done.known_assignments:
-            first = done.problems[0]
-            found = first.message.partition("; expected")[0]
-            raise InputError(first.where, found, "answers to this batch's questionnaires")
-    return done
-
-
-def _new_votes(one: Answered | Problem, key: Key, known: dict[Identity, int], done: Ingested) -> list[Vote]:
-    """The votes that an answered questionnaire adds; what happened is added to `done`."""
-    questionnaire = None if isinstance(one, Problem) else key.questionnaires.get(one.questionnaire)
-    if isinstance(one, Problem):
-        done.complain(one)
-        return []
-    if questionnaire is None:
-        expected = f"expected one of this batch's {len(key.questionnaires)}"
-        done.complain(Problem(one.where, f"questionnaire {one.questionnaire[:40]!r} is unknown; {expected}"))
-        return []
-    found = list(votes_of(one, questionnaire))
-    votes = [vote for vote in found if isinstance(vote, Vote)]
-    digest = sum(map(_digest, votes))
-    identity = (one.worker, one.assignment, one.questionnaire)
-    if identity in known:
-        done.known_assignments += 1
-        if known[identity] != digest:
-            text = f"assignment {one.assignment[:40]} was read before with other answers, which stay"
-            done.complain(Problem(one.where, text))
-        return []
-    known[identity] = digest
-    for problem in found:
-        if isinstance(problem, Problem):
-            done.complain(problem)
-    done.assignments += 1
-    done.votes += len(votes)
-    done.sources[one.source] = done.sources.get(one.source, 0) + 1
-    return votes
-
-
 def _identity(vote: Vote) -> Identity:
     return vote.worker, vote.assignment, vote.questionnaire
 
 
 def _digest(vote: Vote) -> int:
-    """Of what was answered; the sum over an assignment's votes doesn't depend on their order."""
     return zlib.crc32(f"{vote.question} {vote.choice} {vote.passed}".encode())
+
+
+def ingest(answered: Iterable[Answered | Problem], key: Key, out: Path) -> Ingested:
+    """Append answered questionnaires to a vote file, as `ingestion.append` does.
+
+    Raises:
+        InputError: `out` exists and isn't a vote file, or there were problems and nothing else.
+    """
+
+    def interpret(one: Answered) -> list[Vote | Problem] | None:
+        questionnaire = key.questionnaires.get(one.questionnaire)
+        return None if questionnaire is None else list(votes_of(one, questionnaire))
+
+    file = AnswerFile(COLUMNS, read_votes, _to_row, _identity, _digest)
+    return append(answered, interpret, file, out)
 
 
 def read_votes(path: Path) -> Iterator[Vote]:
@@ -190,19 +132,8 @@ def read_votes(path: Path) -> Iterator[Vote]:
     Raises:
         InputError: It can't be read, lacks a column, or has a row that makes no sense.
     """
-    csv.field_size_limit(min(MAX_FIELD, sys.maxsize))
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            reader = csv.DictReader(file)
-            missing = [name for name in COLUMNS if name not in (reader.fieldnames or []) and name not in _OPTIONAL]
-            if missing:
-                raise InputError(path, f"no column {missing[0]}", f"a vote file with the columns {', '.join(COLUMNS)}")
-            for number, row in enumerate(reader, 2):
-                yield _from_row(path, number, row)
-    except OSError as error:
-        raise InputError(path, f"can't be read ({error.strerror})", "a vote file") from error
-    except (csv.Error, UnicodeDecodeError) as error:
-        raise InputError(path, f"not CSV in UTF-8 ({error})", "a vote file") from error
+    for where, row in read_rows(path, COLUMNS, _OPTIONAL, "a vote file"):
+        yield _from_row(where, row)
 
 
 def write_votes(path: Path, votes: Iterable[Vote]) -> None:
@@ -214,25 +145,15 @@ def write_votes(path: Path, votes: Iterable[Vote]) -> None:
 
 
 def _to_row(vote: Vote) -> Sequence[str]:
-    return [_cell(getattr(vote, name)) for name in COLUMNS]
+    return [to_cell(getattr(vote, name)) for name in COLUMNS]
 
 
-def _cell(value: object) -> str:
-    if value is None:
-        return ""
-    if isinstance(value, bool):
-        return str(int(value))
-    return f"{value:g}" if isinstance(value, float) else str(value)
-
-
-def _from_row(path: Path, number: int, row: Mapping[str, str | None]) -> Vote:
+def _from_row(where: str, cells: Mapping[str, str]) -> Vote:
     """A vote from a row of strings.
 
     Raises:
         InputError: A value makes no sense.
     """
-    where = f"{path}, row {number}"
-    cells = {name: (row.get(name) or "").strip() for name in COLUMNS}
     sentinel = cells["sentinel"] == "1"
     for name in ("worker", "assignment") if sentinel else ("worker", "assignment", "shape", "view"):
         if not cells[name]:
@@ -244,36 +165,14 @@ def _from_row(path: Path, number: int, row: Mapping[str, str | None]) -> Vote:
         worker=cells["worker"],
         assignment=cells["assignment"],
         questionnaire=cells["questionnaire"],
-        question=_whole(where, "question", cells["question"], 1, 9999),
+        question=to_whole(where, "question", cells["question"], 1, 9999),
         shape=cells["shape"],
         view=cells["view"],
-        choice=_whole(where, "choice", cells["choice"], -1, N_OPTIONS - 1),
+        choice=to_whole(where, "choice", cells["choice"], -1, N_OPTIONS - 1),
         sentinel=sentinel,
         passed=cells["passed"] == "1" if sentinel else None,
-        seconds=_seconds(where, cells["seconds"]),
+        seconds=to_seconds(where, cells["seconds"]),
         source=cells["source"],
-        position=_whole(where, "position", cells["position"], 0, N_OPTIONS) if cells["position"] else None,
+        position=to_whole(where, "position", cells["position"], 0, N_OPTIONS) if cells["position"] else None,
         submitted=cells["submitted"],
     )
-
-
-def _whole(where: str, name: str, text: str, least: int, most: int) -> int:
-    try:
-        value = int(text)
-    except ValueError:
-        value = least - 1
-    if not least <= value <= most:
-        raise InputError(where, f"{name} is {text[:40]!r}", f"a whole number in {least}..{most}")
-    return value
-
-
-def _seconds(where: str, text: str) -> float | None:
-    if not text:
-        return None
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0 <= value < math.inf:
-        raise InputError(where, f"seconds is {text[:40]!r}", "a number >= 0, or nothing")
-    return value

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image as Picture
 
-from dataset_tools.batch import Look
+from dataset_tools.batch_files import Look
 from dataset_tools.crowd import make_batch
 from dataset_tools.images import padded
 from dataset_tools.items import list_items

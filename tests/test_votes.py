@@ -67,7 +67,7 @@ def to_csv(rows: list[dict[str, str]], columns: list[str] | None = None, line: s
 
 @pytest.fixture
 def batch(tmp_path: Path) -> Path:
-    KEY.save(tmp_path / "key.json")
+    (tmp_path / "key.json").write_text(json.dumps(KEY.record()))
     return tmp_path
 
 
@@ -105,7 +105,7 @@ def test_order_and_repetition_change_nothing(
 ) -> None:
     """Rows in any order, repeated within and across files, columns in any order, BOM or CRLF: the same votes."""
     folder = tmp_path_factory.mktemp("order")
-    KEY.save(folder / "key.json")
+    (folder / "key.json").write_text(json.dumps(KEY.record()))
     rows = [{**ROWS[i], "Extra": 'a "quoted",\nfield', "Answer.comment": "ü"} for i in picks]
     parts = [part for part in (rows[:cut], rows[cut:]) if part]
     found = ingested(folder, *(to_csv(part, columns, line, bom) for part in parts))

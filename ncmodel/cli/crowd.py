@@ -11,7 +11,7 @@ from ncmodel.cli.common import emit, progress
 from ncmodel.errors import BatchError, InputError, UsageError
 
 if TYPE_CHECKING:
-    from dataset_tools.votes import Ingested
+    from dataset_tools.ingestion import Ingested
 
 MAX_SHOWN_PROBLEMS = 20
 
@@ -61,7 +61,7 @@ def build(
     as_json: AsJson = False,
 ) -> None:
     """Make questionnaires about all views of a data set: template.html, tasks.csv, images and key.json."""
-    from dataset_tools.batch import Look
+    from dataset_tools.batch_files import Look
     from dataset_tools.crowd import make_batch
     from dataset_tools.items import list_items
     from dataset_tools.questionnaire import Scheme
@@ -237,7 +237,7 @@ def topup(
     as_json: AsJson = False,
 ) -> None:
     """Make questionnaires about exactly the items that are still short of votes."""
-    from dataset_tools.batch import Look
+    from dataset_tools.batch_files import Look
     from dataset_tools.crowd import make_batch, top_up_needs
     from dataset_tools.questionnaire import Scheme
 
