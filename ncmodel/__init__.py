@@ -1,1 +1,37 @@
-"""Neural Contours: learned line drawings of 3D shapes."""
+"""Neural Contours: learned line drawings of 3D shapes.
+
+    from ncmodel import draw_shape
+
+    drawing = draw_shape("bunny.obj", lines=["contours", "suggestive"])
+    drawing.save("bunny.svg")
+    drawing  # shows itself in a notebook
+
+The names below are imported when first used, so that `import ncmodel` costs nothing.
+"""
+
+import importlib
+from typing import Any
+
+_EXPORTS = {
+    "Camera": "ncmodel.camera:Camera",
+    "Drawing": "ncmodel.drawing:Drawing",
+    "LineFamily": "ncmodel.types:LineFamily",
+    "Mesh": "ncmodel.types:Mesh",
+    "Thresholds": "ncmodel.types:Thresholds",
+    # Not `draw`: that is the module's name, and would mean one or the other by what was imported before.
+    "draw_shape": "ncmodel.draw:draw",
+    "load_mesh": "ncmodel.geometry.mesh:load_mesh",
+    "load_model": "ncmodel.model:load_model",
+    "make_mesh": "ncmodel.geometry.mesh:make_mesh",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _EXPORTS:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    module, _, attribute = _EXPORTS[name].partition(":")
+    return getattr(importlib.import_module(module), attribute)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *_EXPORTS])

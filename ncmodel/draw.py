@@ -1,29 +1,30 @@
-"""From a shape to its drawing: the one entry function, and the drawing that it returns.
+"""From a shape to its drawing: the one entry function.
 
 Only what a request needs is computed: contours need no curvature, a family that isn't asked for costs nothing, and
 lines are thresholded before their visibility is decided.
 """
 
+import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ncmodel import export
-from ncmodel.camera import DEFAULT_SIZE, Camera
-from ncmodel.errors import InputError, UsageError
-from ncmodel.export import REFERENCE_SIDE, WIDTH, Picture
+from ncmodel.camera import DEFAULT_AZIMUTH, DEFAULT_ELEVATION, DEFAULT_SIZE, Camera
+from ncmodel.drawing import DEFAULT_FAMILIES, Drawing, Plan
+from ncmodel.errors import UsageError
+from ncmodel.export import REFERENCE_SIDE
 from ncmodel.fade import check_thresholds, fade, survivors
 from ncmodel.stages import timed
-from ncmodel.types import FILTERED_FAMILIES, Floats, Image, LineFamily, Mask, Mesh, Segments, Stroke, Thresholds, Trace
+from ncmodel.types import FILTERED_FAMILIES, Floats, LineFamily, Mask, Mesh, Segments, Stroke, Thresholds, Trace
 
 if TYPE_CHECKING:
     from ncmodel.geometry.surface import Surface
     from ncmodel.geometry.view import View
+    from ncmodel.model import Model
 
-DEFAULT_FAMILIES = tuple(LineFamily)
 CREASE_ANGLE = 40.0
 """Degrees between faces above which their edge is drawn as a crease, unless told otherwise."""
 CREASE_EDGES = 6
@@ -31,8 +32,6 @@ CREASE_LENGTH = 0.05
 """Connected creases of fewer edges than `CREASE_EDGES`, and shorter than this share of the object, are roughness."""
 SHORTEST_STROKE = 2.5
 """Strokes of filtered families shorter than this, in pixels at 768, are dots and not drawn."""
-SUFFIXES = (".svg", ".png", ".pdf")
-"""The file formats that a drawing is written in."""
 
 
 @dataclass(frozen=True)
@@ -48,162 +47,123 @@ class Detail:
     tolerance: float = 0.25
 
 
-BALANCED = Detail()
-PRESETS = {"draft": Detail(4.0, 0.5), "balanced": BALANCED, "accurate": Detail(0.5, 0.05)}
-
-
-@dataclass(frozen=True, eq=False)
-class Drawing:
-    """Strokes on a picture plane; shows itself in a notebook.
-
-    Attributes:
-        camera: What it was drawn through, and its size.
-        strokes: The lines.
-        name: The shape's name.
-        thresholds: Those it was drawn with.
-        families: The families asked for, empty ones included.
-        notes: What the reader should know about how it came to be.
-        trace: What was computed, and how long it took.
-    """
-
-    camera: Camera
-    strokes: tuple[Stroke, ...]
-    name: str = "drawing"
-    thresholds: Thresholds = field(default_factory=Thresholds)
-    families: tuple[LineFamily, ...] = ()
-    notes: tuple[str, ...] = ()
-    trace: Trace = field(default_factory=Trace)
-
-    @property
-    def width(self) -> int:
-        """Pixels."""
-        return self.camera.width
-
-    @property
-    def height(self) -> int:
-        """Pixels."""
-        return self.camera.height
-
-    def ink(self, width: float = WIDTH) -> Image:
-        """(H, W) ink in [0, 1].
-
-        Args:
-            width: Line width, in pixels of a picture whose shorter side is 768; lines grow with the picture.
-        """
-        return export.ink(self.picture(width))
-
-    def svg(self, width: float = WIDTH, background: str | None = None) -> str:
-        """The drawing as an SVG document; arguments as for `save`."""
-        return export.svg(self.picture(width, background))
-
-    def save(self, path: str | Path, width: float = WIDTH, background: str | None = None) -> None:
-        """Write an .svg, .png or .pdf file.
-
-        Args:
-            path: Where to; the suffix says in which format.
-            width: Line width, in pixels of a picture whose shorter side is 768; lines grow with the picture.
-            background: "#rrggbb", "white", "black" or "transparent"; None paints none in vector files, white in PNG.
-
-        Raises:
-            UsageError: The suffix, the width or the background is something else.
-            InputError: There is no such folder.
-        """
-        from ncmodel import export
-        from ncmodel.files import write_bytes
-
-        check_output(path)
-        writers = {".svg": lambda p: export.svg(p).encode(), ".png": export.png, ".pdf": export.pdf}
-        write_bytes(path, writers[Path(path).suffix.lower()](self.picture(width, background)))
-
-    def picture(self, width: float = WIDTH, background: str | None = None) -> Picture:
-        """The strokes with a line width and a background."""
-        return Picture(self.width, self.height, self.strokes, width, background, self.name)
-
-    def sorted_for_pen(self) -> Self:
-        """The same drawing with each family's strokes in an order that keeps the pen's way in the air short."""
-        from ncmodel.geometry.strokes import pen_order
-
-        families = dict.fromkeys(stroke.family for stroke in self.strokes)
-        ordered = [pen_order([s for s in self.strokes if s.family == family]) for family in families]
-        return replace(self, strokes=tuple(stroke for strokes in ordered for stroke in strokes))
-
-    def _repr_svg_(self) -> str:
-        return self.svg()
-
-
-def check_output(path: str | Path) -> None:
-    """Raise if no drawing can be written there.
-
-    Raises:
-        UsageError: The suffix is none of `SUFFIXES`.
-        InputError: There is no such folder.
-    """
-    if Path(path).suffix.lower() not in SUFFIXES:
-        raise UsageError(f"{path}: the suffix is {Path(path).suffix!r}, expected {', '.join(SUFFIXES)}")
-    if not Path(path).parent.is_dir():
-        raise InputError(path, f"there is no folder {Path(path).parent}", "a folder that exists")
+PRESETS = {"draft": Detail(4.0, 0.5), "balanced": Detail(), "accurate": Detail(0.5, 0.05)}
 
 
 def draw(
     shape: "Mesh | Surface | str | Path",
     camera: Camera | None = None,
-    lines: Iterable[LineFamily | str] = DEFAULT_FAMILIES,
+    lines: Iterable[LineFamily | str] | None = None,
     thresholds: Thresholds | None = None,
     *,
+    model: "Model | None" = None,
+    preset: str = "balanced",
+    azimuth: float = DEFAULT_AZIMUTH,
+    elevation: float = DEFAULT_ELEVATION,
     size: tuple[int, int] = (DEFAULT_SIZE, DEFAULT_SIZE),
     up: str = "y",
     crease_angle: float = CREASE_ANGLE,
-    detail: Detail = BALANCED,
+    tolerance: float | None = None,
 ) -> Drawing:
     """Draw a shape's lines.
 
     Args:
         shape: A mesh file, a mesh, or a surface whose computed quantities are to be reused.
-        camera: Where from; by default one that looks down on the shape from the front right, with the shape in frame.
-        lines: Families to draw; those whose threshold is None are left out.
-        thresholds: rtsc's defaults unless given.
-        size: (width, height) in pixels, for the default camera.
+        camera: Where from; unless given, one at `azimuth` and `elevation` that has the shape in its frame.
+        lines: Families to draw, of which those whose threshold is None are left out. Without a model,
+            `DEFAULT_FAMILIES` unless given; a model decides by itself unless given what it may choose from.
+        thresholds: rtsc's defaults unless given; a model finds its own.
+        model: Chooses thresholds and families, and adds the lines of its image branch.
+        preset: "draft", "balanced" or "accurate": how densely visibility is sampled, how closely strokes follow the
+            lines, and how thoroughly a model searches.
+        azimuth: Degrees round the shape from its front, without a camera.
+        elevation: Degrees above the ground, without a camera.
+        size: (width, height) in pixels, without a camera.
         up: The upward axis, "y" or "z", of a mesh file.
         crease_angle: Degrees between faces above which their edge is a crease.
-        detail: How finely.
+        tolerance: Pixels that strokes may stray from the lines on the mesh; the preset's unless given.
 
     Raises:
         MeshError: The file can't be read.
-        UsageError: A family, threshold or size makes no sense.
+        UsageError: A family, threshold, preset, size, angle or tolerance makes no sense, or thresholds are given
+            together with a model.
     """
     from ncmodel.geometry.sharp import parted
     from ncmodel.geometry.strokes import strokes
     from ncmodel.geometry.view import View
 
-    thresholds = thresholds if thresholds is not None else Thresholds()
-    check_thresholds(thresholds)
-    families = tuple(f for f in dict.fromkeys(map(_family, lines)) if thresholds.of(f) is not None)
+    detail = _detail(preset, tolerance)
+    asked = DEFAULT_FAMILIES if lines is None else tuple(dict.fromkeys(map(_family, lines)))
+    _check(thresholds, crease_angle, model is not None)
     surface = _surface(shape, up)
-    if LineFamily.CREASES in families:
+    if LineFamily.CREASES in asked and model is None:
         surface = parted(surface, crease_angle)
-    camera = camera if camera is not None else Camera.orbit(surface.mesh.vertices, size=size)
+    camera = camera or Camera.orbit(surface.mesh.vertices, azimuth, elevation, size=size)
     view = View(surface, camera, crease_angle)
+    if model is None:
+        plan = Plan(asked, thresholds or Thresholds())
+    else:
+        plan = _chosen(model, view, preset, None if lines is None else asked)
     drawn: list[Stroke] = []
-    for family in families:
-        segments = visible_segments(view, family, thresholds, detail)
+    for family in plan.drawn:
+        segments = visible_segments(view, family, plan, detail.sample_pixels)
         with timed(surface.trace, "strokes"):
-            least = SHORTEST_STROKE * min(camera.width, camera.height) / REFERENCE_SIDE
-            least = least if family in FILTERED_FAMILIES else 0.0
-            drawn += strokes(segments, camera, detail.tolerance, least)
+            scale = min(camera.width, camera.height) / REFERENCE_SIDE
+            shortest = SHORTEST_STROKE * scale if family in FILTERED_FAMILIES else 0.0
+            drawn += strokes(segments, camera, detail.tolerance, shortest)
     mesh = surface.mesh
-    return Drawing(view.camera, tuple(drawn), mesh.name, thresholds, families, mesh.notes, surface.trace)
+    return Drawing(camera, (*drawn, *plan.strokes), mesh.name, plan, mesh.notes, surface.trace)
 
 
-def visible_segments(view: "View", family: LineFamily, thresholds: Thresholds, detail: Detail = BALANCED) -> Segments:
-    """The visible segments of a family that its threshold leaves, with their opacity."""
-    threshold, unit = thresholds.of(family) or 0.0, thresholds.unit
-    p90 = _percentile(view, family) if family in FILTERED_FAMILIES and unit == "p90" else 1.0
+def visible_segments(view: "View", family: LineFamily, plan: Plan, sample_pixels: float = 1.0) -> Segments:
+    """The visible segments of a family that its threshold leaves, with their opacity.
+
+    Args:
+        view: The view.
+        family: The family.
+        plan: The thresholds.
+        sample_pixels: Distance along the picture of the points at which visibility is decided.
+    """
+    threshold, unit = plan.thresholds.of(family) or 0.0, plan.thresholds.unit
+    p90 = _percentile(view, family, plan) if family in FILTERED_FAMILIES and unit == "p90" else 1.0
     lines = view.candidates(family)
     if family is LineFamily.CREASES:
         lines = lines.take(_long(lines.points))
     # Weak lines are the most numerous; what the threshold takes away needs no rays.
     strong = lines.take(survivors(lines, threshold, unit, p90))
-    return fade(view.unhidden(strong, detail.sample_pixels), threshold, unit, p90)
+    return fade(view.unhidden(strong, sample_pixels), threshold, unit, p90)
+
+
+def _check(thresholds: Thresholds | None, crease_angle: float, by_model: bool) -> None:
+    if thresholds is not None:
+        check_thresholds(thresholds)
+        if by_model:
+            raise UsageError(
+                "thresholds: found both thresholds and a model, which chooses its own; expected one of them"
+            )
+    if not 0.0 < crease_angle < 180.0:
+        raise UsageError(f"crease angle: found {crease_angle}, expected degrees between 0 and 180")
+
+
+def _detail(preset: str, tolerance: float | None) -> Detail:
+    if preset not in PRESETS:
+        raise UsageError(f"preset: found {preset!r}, expected one of {', '.join(PRESETS)}")
+    if tolerance is None:
+        return PRESETS[preset]
+    if not 0.0 <= tolerance < math.inf:
+        raise UsageError(f"tolerance: found {tolerance}, expected pixels >= 0")
+    return replace(PRESETS[preset], tolerance=tolerance)
+
+
+def _chosen(model: "Model", view: "View", preset: str, asked: tuple[LineFamily, ...] | None) -> Plan:
+    """What a model draws, of the families asked for."""
+    allowed = asked if asked is not None else tuple(LineFamily)
+    choice = model.choose(view, budget=preset, families=[f for f in FILTERED_FAMILIES if f in allowed])
+    # Creases are no part of what a model can weigh; they are drawn if somebody wants them.
+    wanted = (LineFamily.CREASES,) if asked is not None and LineFamily.CREASES in asked else ()
+    families = tuple(family for family in choice.families if family in allowed) + wanted
+    score, evaluations = (choice.optimum.score, choice.optimum.evaluations) if choice.optimum else (None, 0)
+    return Plan(families, choice.thresholds, choice.p90, choice.strokes, score, evaluations)
 
 
 def _long(creases: Floats) -> Mask:
@@ -215,10 +175,10 @@ def _long(creases: Floats) -> Mask:
     return np.asarray((np.bincount(run)[run] >= CREASE_EDGES) | (length[run] >= CREASE_LENGTH))
 
 
-def _percentile(view: "View", family: LineFamily) -> float:
+def _percentile(view: "View", family: LineFamily, plan: Plan) -> float:
     from ncmodel.maps import feature_percentile
 
-    return feature_percentile(view, family)
+    return plan.p90[family] if family in plan.p90 else feature_percentile(view, family)
 
 
 def _family(name: LineFamily | str) -> LineFamily:

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from typing import Any, Protocol
 
 from ncmodel.errors import UsageError
-from ncmodel.types import LineFamily
+from ncmodel.types import FILTERED_FAMILIES, LineFamily
 
 LOG_INTERVAL_SECONDS = 10.0
 """How often progress is written when stderr is a file and not a terminal."""
@@ -71,6 +71,24 @@ def parse_families(text: str) -> tuple[LineFamily, ...]:
         if name not in known:
             raise UsageError(f"--lines: unknown family {name!r}, expected some of {','.join(LineFamily)}")
     return tuple(dict.fromkeys(LineFamily(name) for name in names))
+
+
+def parse_thresholds(text: str) -> dict[LineFamily, float | None]:
+    """Family -> threshold from "FAMILY=VALUE,..."; the value "off" leaves a family out.
+
+    Raises:
+        UsageError: A family has no threshold, or a value is no number.
+    """
+    values: dict[LineFamily, float | None] = {}
+    for item in filter(None, (part.strip() for part in text.split(","))):
+        name, equals, value = (part.strip() for part in item.partition("="))
+        if not equals or name not in set(FILTERED_FAMILIES):
+            raise UsageError(f"--thresholds: found {item!r}, expected FAMILY=VALUE with {','.join(FILTERED_FAMILIES)}")
+        try:
+            values[LineFamily(name)] = None if value == "off" else float(value)
+        except ValueError:
+            raise UsageError(f"--thresholds: {name} is {value!r}, expected a number or off") from None
+    return values
 
 
 def parse_size(text: str) -> tuple[int, int]:

@@ -1,7 +1,230 @@
-"""`ncontours draw`: one mesh, one drawing."""
+"""`ncontours draw`: meshes in, drawings out."""
+
+import json
+import sys
+import time
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from ncmodel.cli.common import emit, parse_families, parse_size, parse_thresholds, progress
+from ncmodel.errors import BatchError, NeuralContoursError, UsageError
+from ncmodel.types import FILTERED_FAMILIES
+
+if TYPE_CHECKING:
+    from ncmodel.camera import Camera
+    from ncmodel.drawing import Drawing
+
+CONTACT_SHEET = "contact-sheet.png"
 
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
+    app.command()(draw)
+
+
+def draw(
+    meshes: Annotated[list[Path], typer.Argument(metavar="MESH", help="Mesh files: obj, ply, stl, off, gltf, glb.")],
+    output: Annotated[
+        Path, typer.Option("--output", "-o", help="An .svg, .png or .pdf file; for several meshes, a folder.")
+    ],
+    camera: Annotated[Path | None, typer.Option(help="Camera file (JSON), not beside --azimuth, --elevation.")] = None,
+    azimuth: Annotated[float | None, typer.Option(help="Degrees round the shape from its front (default 30)")] = None,
+    elevation: Annotated[float | None, typer.Option(help="Degrees above the ground (default 30)")] = None,
+    size: Annotated[str | None, typer.Option(help="N or WxH in pixels (default 768, or the camera's)")] = None,
+    lines: Annotated[
+        str | None,
+        typer.Option(
+            help="Families, of contours,boundaries,creases,suggestive,ridges,valleys,apparent. "
+            "(default all but ridges and valleys)"
+        ),
+    ] = None,
+    thresholds: Annotated[
+        str | None, typer.Option(help="FAMILY=VALUE,... in rtsc's units (default suggestive=0.01, others 0.1)")
+    ] = None,
+    width: Annotated[float, typer.Option(help="Line width in pixels, at 768; lines grow with the picture.")] = 2.5,
+    background: Annotated[
+        str | None, typer.Option(help="#rrggbb, white, black or transparent (default none; white in a .png)")
+    ] = None,
+    sort: Annotated[bool, typer.Option("--sort", help="Order strokes so that a plotter's pen travels little.")] = False,
+    tolerance: Annotated[
+        float | None, typer.Option(help="Pixels that simplified strokes may be off (default the preset's, 0.25)")
+    ] = None,
+    up: Annotated[str, typer.Option(help="The files' upward axis, y or z.")] = "y",
+    crease_angle: Annotated[
+        float | None, typer.Option(help="Degrees between faces above which their edge is a crease (default 40).")
+    ] = None,
+    model: Annotated[
+        Path | None, typer.Option(help="Checkpoint that chooses families and thresholds, and adds lines of its own.")
+    ] = None,
+    preset: Annotated[str, typer.Option(help="draft, balanced or accurate.")] = "balanced",
+    suffix: Annotated[str, typer.Option("--format", help="In a folder: svg, png or pdf.")] = "svg",
+    as_json: Annotated[bool, typer.Option("--json", help="Print what was computed as JSON.")] = False,
+) -> None:
+    """Draw the lines of shapes."""
+    given = {
+        "azimuth": azimuth,
+        "elevation": elevation,
+        "size": None if size is None else parse_size(size),
+        "crease_angle": crease_angle,
+    }
+    job = _Job(
+        output=output,
+        camera=_camera(camera, azimuth, elevation, size),
+        style={"width": width, "background": background},
+        sort=sort,
+        suffix=suffix,
+        as_json=as_json,
+        options={
+            **_what(lines, thresholds),
+            "model": None if model is None else _model(model),
+            "preset": preset,
+            "up": up,
+            "tolerance": tolerance,
+            **{name: value for name, value in given.items() if value is not None},
+        },
+    )
+    if len(meshes) > 1 or output.is_dir():
+        _draw_folder(job, meshes)
+    else:
+        _draw_file(job, meshes[0])
+
+
+@dataclass(frozen=True)
+class _Job:
+    """What the options ask for; checked before the first mesh is read."""
+
+    output: Path
+    camera: "Camera | None"
+    style: dict[str, Any]
+    sort: bool
+    suffix: str
+    as_json: bool
+    options: dict[str, Any]
+
+    def __post_init__(self) -> None:
+        from ncmodel.export import Picture
+
+        Picture(1, 1, (), self.style["width"], self.style["background"])
+
+    def draw(self, mesh: Path, output: Path) -> tuple["Drawing", dict[str, Any]]:
+        """Draw one mesh to a file; the drawing, and its record for `--json`."""
+        from ncmodel.draw import draw as draw_shape
+        from ncmodel.stages import timed
+
+        begin = time.perf_counter()
+        drawing = draw_shape(mesh, self.camera, **self.options)
+        with timed(drawing.trace, "write"):
+            drawing = drawing.sorted_for_pen() if self.sort else drawing
+            drawing.save(output, **self.style)
+        return drawing, _record(mesh, output, drawing, time.perf_counter() - begin)
+
+
+def _draw_file(job: _Job, mesh: Path) -> None:
+    from ncmodel.drawing import check_output
+
+    check_output(job.output)
+    drawing, record = job.draw(mesh, job.output)
+    for note in drawing.notes:
+        sys.stderr.write(f"{mesh}: {note}\n")
+    emit(record, job.as_json)
+
+
+def _draw_folder(job: _Job, meshes: list[Path]) -> None:
+    """Every mesh to a file of its name, and all of them on a contact sheet; failures are told at the end."""
+    from ncmodel.contact_sheet import contact_sheet
+    from ncmodel.drawing import SUFFIXES
+    from ncmodel.pictures import write_png
+
+    if f".{job.suffix}" not in SUFFIXES:
+        raise UsageError(f"--format: found {job.suffix!r}, expected svg, png or pdf")
+    if job.output.exists() and not job.output.is_dir():
+        raise UsageError(f"--output: {job.output} is a file, expected a folder for {len(meshes)} meshes")
+    job.output.mkdir(parents=True, exist_ok=True)
+    records, failed, sheet = [], [], []
+    with progress("draw", len(meshes)) as advance:
+        for mesh, name in zip(meshes, _names(meshes), strict=True):
+            try:
+                drawing, record = job.draw(mesh, job.output / f"{name}.{job.suffix}")
+            except NeuralContoursError as error:
+                failed.append({"mesh": str(mesh), "error": str(error)})
+            else:
+                records.append(record)
+                sheet.append((name, drawing.ink(job.style["width"])))
+            advance(mesh.name)
+    write_png(job.output / CONTACT_SHEET, contact_sheet(sheet))
+    emit({"drawings": records, "failed": failed, "contact_sheet": str(job.output / CONTACT_SHEET)}, job.as_json)
+    if failed:
+        reasons = "; ".join(failure["error"] for failure in failed)
+        raise BatchError(f"{len(failed)} of {len(meshes)} meshes failed: {reasons}")
+
+
+def _camera(path: Path | None, azimuth: float | None, elevation: float | None, size: str | None) -> "Camera | None":
+    from ncmodel.camera import Camera
+
+    if path is None:
+        return None
+    if azimuth is not None or elevation is not None:
+        raise UsageError("--camera: found --azimuth or --elevation beside it, expected one or the other")
+    camera = Camera.load(path)
+    return camera if size is None else camera.resized(*parse_size(size))
+
+
+def _what(lines: str | None, thresholds: str | None) -> dict[str, Any]:
+    """The families and thresholds asked for; a family that is given a threshold is drawn unless --lines says not."""
+    from ncmodel.drawing import DEFAULT_FAMILIES
+    from ncmodel.types import Thresholds
+
+    families = None if lines is None else parse_families(lines)
+    if thresholds is None:
+        return {"lines": families}
+    values = parse_thresholds(thresholds)
+    if families is None:
+        families = tuple(dict.fromkeys((*DEFAULT_FAMILIES, *values)))
+    return {"lines": families, "thresholds": Thresholds().with_values(**{f.value: t for f, t in values.items()})}
+
+
+def _model(path: Path) -> Any:
+    from ncmodel.model import load_model
+
+    return load_model(path)
+
+
+def _names(meshes: list[Path]) -> list[str]:
+    """A file name for each mesh: its own, with a number where that is taken."""
+    names: list[str] = []
+    taken = {Path(CONTACT_SHEET).stem}
+    for mesh in meshes:
+        name, number = mesh.stem, 1
+        while name in taken:
+            number += 1
+            name = f"{mesh.stem}-{number}"
+        taken.add(name)
+        names.append(name)
+    return names
+
+
+def _record(mesh: Path, output: Path, drawing: "Drawing", seconds: float) -> dict[str, Any]:
+    """What `--json` says of a drawing."""
+    plan = drawing.plan
+    return {
+        "mesh": str(mesh),
+        "output": str(output),
+        "shape": drawing.name,
+        "width": drawing.width,
+        "height": drawing.height,
+        "families": [family.value for family in plan.drawn],
+        "thresholds": {f.value: plan.thresholds.of(f) for f in FILTERED_FAMILIES if f in plan.drawn},
+        "threshold_unit": plan.thresholds.unit,
+        "score": plan.score,
+        "score_evaluations": plan.evaluations,
+        "strokes": dict(Counter(stroke.family for stroke in drawing.strokes)),
+        "computed": [timing.stage for timing in drawing.trace.timings],
+        "seconds": drawing.trace.seconds(),
+        "seconds_total": seconds,
+        "notes": list(drawing.notes),
+        "camera": json.loads(drawing.camera.to_json()),
+    }
