@@ -21,6 +21,7 @@ from dataset_tools.site_results import is_database, read_site_results
 from dataset_tools.spread import varied
 from dataset_tools.votes import ingest, read_votes
 from ncmodel.errors import NeuralContoursError, UsageError
+from ncmodel.types import Floats
 
 SENTINEL_ARTISTS = 3
 """Artists whose drawings sentinels are made from in simulation."""
@@ -113,15 +114,14 @@ def simulate_batch(
 def ingest_results(batch_dir: Path, results: Sequence[Path], out: Path) -> Ingested:
     """Read results files into a vote file.
 
-    A file that can't be read at all is a problem like a row that can't, unless nothing could be read.
-
     Raises:
         InputError: The batch has no key, `out` isn't a vote file, or nothing could be read from any file.
     """
-    return ingest(_read_all(results), Key.load(batch_dir), out)
+    return ingest(read_results(results), Key.load(batch_dir), out)
 
 
-def _read_all(results: Iterable[Path]) -> Iterator[Answered | Problem]:
+def read_results(results: Iterable[Path]) -> Iterator[Answered | Problem]:
+    """The rows of all results files; a file that can't be read at all is a problem like a row that can't."""
     for path in results:
         try:
             yield from read_site_results(path) if is_database(path) else read_csv_results(path)
@@ -139,3 +139,18 @@ def top_up_needs(data_dir: Path, votes: Path, wanted: int) -> dict[Item, int]:
     have = Counter(vote.item for vote in counted(everything, assess(everything)))
     short = {item: wanted - have[item] for item in list_items(data_dir)}
     return {item: lacking for item, lacking in short.items() if lacking > 0}
+
+
+def sample_distances(data_dir: Path, count: int, seed: int, advance: Callable[[], None] = lambda: None) -> Floats:
+    """(items, artists, 8) distances of candidates from simulated artists' drawings, for up to `count` items.
+
+    Raises:
+        InputError: A file of the data folder can't be read.
+    """
+    chosen = varied(list_items(data_dir), np.random.default_rng([seed, 2]))[:count]
+    distances = Distances(data_dir, ArtistDrawings(data_dir, crowd_artists()))
+    found = []
+    for item in chosen:
+        found.append(distances(item))
+        advance()
+    return np.stack(found)

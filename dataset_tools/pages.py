@@ -20,7 +20,6 @@ class ShownDrawing:
 
     value: str
     image: str
-    checked: bool = False
 
 
 @dataclass(frozen=True)
@@ -30,7 +29,6 @@ class ShownAnswer:
     value: str
     label: str
     key: int
-    checked: bool = False
 
 
 @dataclass(frozen=True)
@@ -96,15 +94,30 @@ BEST_DRAWING = Wording(
     thanks="You can still go back and change answers. Otherwise please send them now.",
 )
 
-NONE_LABEL = "None of these line drawings are good"
+BETTER_OF_TWO = Wording(
+    title="Which of two line drawings shows the shape better?",
+    lead="Each question shows a 3D shape from three sides, and two line drawings of it.",
+    rules=(
+        "Choose the drawing that best conveys the shape.",
+        "If both convey it equally well, say so; if neither conveys it well, say so too.",
+        "Look at the shape and at both drawings before you choose. Some pairs come twice to check that you did.",
+    ),
+    example=BEST_DRAWING.example,
+    question="Which drawing best conveys the shape?",
+    keys="1 chooses the left drawing, 2 the right one, 3 both, 0 none",
+    closing=BEST_DRAWING.closing,
+    thanks=BEST_DRAWING.thanks,
+)
 
 
-def best_question(
-    field: str, renders: Sequence[str], images: Sequence[str], values: Sequence[str], chosen: str | None = None
-) -> ShownQuestion:
-    """A question with eight drawings and "none of these"."""
-    drawings = [ShownDrawing(value, image, value == chosen) for value, image in zip(values, images, strict=True)]
-    return ShownQuestion(field, renders, drawings, [ShownAnswer(NONE, NONE_LABEL, 0, chosen == NONE)])
+def pair_template(length: int, renders: int, drawing_size: Size, render_size: Size) -> str:
+    """The template of a batch of pair questionnaires; arguments as those of `batch_template`."""
+    others = [
+        ShownAnswer("both", "Both convey the shape equally well", 3),
+        ShownAnswer(NONE, "Neither conveys it well", 0),
+    ]
+    questions = _placeholders(length, renders, 2, others)
+    return fragment("${questionnaire}", questions, BETTER_OF_TWO, drawing_size, render_size)
 
 
 def batch_template(length: int, renders: int, drawing_size: Size, render_size: Size) -> str:
@@ -116,17 +129,19 @@ def batch_template(length: int, renders: int, drawing_size: Size, render_size: S
         drawing_size: (width, height) of the drawings.
         render_size: (width, height) of the renders.
     """
-    names = [field_name(number, length) for number in range(1, length + 1)]
-    questions = [
-        best_question(
-            name,
-            [f"${{{name}_r{i}}}" for i in range(1, renders + 1)],
-            [f"${{{name}_d{i}}}" for i in range(1, N_OPTIONS + 1)],
-            [f"${{{name}_v{i}}}" for i in range(1, N_OPTIONS + 1)],
-        )
-        for name in names
-    ]
+    others = [ShownAnswer(NONE, "None of these line drawings are good", 0)]
+    questions = _placeholders(length, renders, N_OPTIONS, others)
     return fragment("${questionnaire}", questions, BEST_DRAWING, drawing_size, render_size)
+
+
+def _placeholders(length: int, renders: int, drawings: int, others: Sequence[ShownAnswer]) -> list[ShownQuestion]:
+    """Questions whose pictures and values are columns of the task list."""
+    questions = []
+    for number in range(1, length + 1):
+        name = field_name(number, length)
+        shown = [ShownDrawing(f"${{{name}_v{i}}}", f"${{{name}_d{i}}}") for i in range(1, drawings + 1)]
+        questions.append(ShownQuestion(name, [f"${{{name}_r{i}}}" for i in range(1, renders + 1)], shown, others))
+    return questions
 
 
 def fragment(

@@ -203,7 +203,7 @@ def answer_all(key: Key, participants: Iterable[Participant], seed: int) -> Iter
     questionnaires = list(key.questionnaires.values())
     for number, participant in enumerate(participants):
         rng = np.random.default_rng([seed, number])
-        yield _sit(participant, questionnaires[number % len(questionnaires)], rng)
+        yield sit(participant, questionnaires[number % len(questionnaires)], rng)
 
 
 def answer_until_reliable(key: Key, participants: Iterable[Participant], seed: int) -> Iterator[Sitting]:
@@ -212,13 +212,14 @@ def answer_until_reliable(key: Key, participants: Iterable[Participant], seed: i
     for number, participant in enumerate(participants):
         if not waiting:
             return
-        sitting = _sit(participant, waiting.popleft(), np.random.default_rng([seed, number]))
+        sitting = sit(participant, waiting.popleft(), np.random.default_rng([seed, number]))
         if not sitting.passed:
             waiting.append(sitting.questionnaire)
         yield sitting
 
 
-def _sit(participant: Participant, questionnaire: Questionnaire, rng: np.random.Generator) -> Sitting:
+def sit(participant: Participant, questionnaire: Questionnaire, rng: np.random.Generator) -> Sitting:
+    """One participant answers one questionnaire."""
     replies = {
         question.field: participant.behaviour(question, place, rng)
         for place, question in enumerate(questionnaire.questions)

@@ -59,11 +59,11 @@ def _subjects(batch_dir: Path) -> dict[str, list[str]]:
     """Questionnaire -> what it asks about, sentinels excluded."""
     listed: Mapping[str, Mapping[str, Sequence[Mapping[str, object]]]] = read_key(batch_dir)["questionnaires"]
     return {
-        name: [
-            f"{question.get('shape')} {question.get('view')}"
-            for question in entry["questions"]
-            if not question.get("sentinel")
-        ]
+        name: list(
+            dict.fromkeys(
+                f"{one.get('shape')} {one.get('view')}" for one in entry["questions"] if not one.get("sentinel")
+            )
+        )
         for name, entry in listed.items()
     }
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from ncmodel.cli import study
 from ncmodel.cli.common import emit, progress
 from ncmodel.errors import BatchError, InputError, UsageError
 
@@ -40,8 +41,9 @@ RenderSide = Annotated[int, typer.Option(help="Longest side of a render, pixels.
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
     group = typer.Typer(help="Questionnaires for people, and ranking pairs from their votes.", no_args_is_help=True)
-    for command in (build, serve, simulate, ingest, aggregate, topup, audit, review):
+    for command in (build, serve, simulate, ingest, aggregate, topup, audit, review, trial):
         group.command(command.__name__)(command)
+    study.register(group)
     app.add_typer(group, name="crowd")
 
 
@@ -168,10 +170,11 @@ def ingest(
     from dataset_tools.crowd import ingest_results
 
     done = ingest_results(batch_dir, results, output)
-    _emit_ingested(done, output, as_json)
+    emit_ingested(done, output, as_json)
 
 
-def _emit_ingested(done: "Ingested", output: Path, as_json: bool) -> None:
+def emit_ingested(done: "Ingested", output: Path, as_json: bool) -> None:
+    """Tell what an ingestion did; its problems make the exit status 1."""
     record = {**asdict(done), "problems": [str(problem) for problem in done.problems]}
     emit(record, as_json, f"{done.assignments} questionnaires with {done.votes} votes added to {output}")
     for problem in done.problems[:MAX_SHOWN_PROBLEMS]:
@@ -282,3 +285,26 @@ def review(
 
     counts = write_review(results, assess(read_votes(votes)), output)
     emit(counts, as_json, "{approved} approved, {rejected} rejected, {unknown} unknown".format(**counts))
+
+
+def trial(
+    data_dir: DataDir,
+    output: Annotated[Path, typer.Option("--output", "-o", help="HTML file to write.")],
+    participants: Annotated[int, typer.Option(help="Simulated participants.")] = 400,
+    random_clickers: Annotated[float, typer.Option(help="Share of them who click at random.")] = 0.15,
+    adversaries: Annotated[int, typer.Option(help="Simulated adversaries of each of ten kinds.")] = 6,
+    items: Annotated[int, typer.Option(help="Views of the data folder to draw distances from.", min=1)] = 24,
+    seed: Seed = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Try the rules on a simulated crowd with adversaries: whom and what they keep, and what they exclude wrongly."""
+    from dataset_tools.crowd import sample_distances
+    from dataset_tools.simulate import Crowd
+    from dataset_tools.trial import run_trial
+    from dataset_tools.trial_report import as_text, write_trial
+
+    with progress("items seen by simulated artists", items) as advance:
+        known = sample_distances(data_dir, items, seed, advance)
+    found = run_trial(known, Crowd(random_clickers=random_clickers), participants, adversaries, seed)
+    write_trial(found, output)
+    emit(asdict(found), as_json, f"{as_text(found)}\n{output}")

@@ -1,0 +1,110 @@
+"""The perceptual study as an HTML report: the paper's bar chart with counts and confidence intervals."""
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+from scipy.stats import binomtest
+
+from dataset_tools.study import Preference
+from dataset_tools.study_answers import StudyResult
+from ncmodel.plots import bar_plot
+from ncmodel.report import Block, Cell, Facts, Section, Table, Text, write_report
+
+CONFIDENCE = 0.95
+_Z = 1.959963984540054
+
+Interval = tuple[float, float]
+
+
+def wilson(count: int, total: int) -> Interval:
+    """Wilson's 95 % interval of a share; the whole range where there is nothing to count.
+
+    References:
+        E. B. Wilson, Probable inference, the law of succession, and statistical inference, 1927.
+    """
+    if total == 0:
+        return 0.0, 1.0
+    share, z2 = count / total, _Z * _Z / total
+    middle = (share + z2 / 2) / (1 + z2)
+    reach = _Z * math.sqrt(share * (1 - share) / total + z2 / (4 * total)) / (1 + z2)
+    return max(0.0, middle - reach), min(1.0, middle + reach)
+
+
+def summary(found: StudyResult, ours: str) -> dict[str, object]:
+    """The figures, for `--json`."""
+    return {
+        "ours": ours,
+        "simulated": found.simulated,
+        "participants": len(found.inconsistent),
+        "unreliable": sorted(found.unreliable),
+        "comparisons": len(found.comparisons),
+        "short_of_answers": len(found.short),
+        "rivals": {rival: _figures(counts) for rival, counts in found.counts.items()},
+    }
+
+
+def _figures(counts: Mapping[Preference, int]) -> dict[str, object]:
+    total = sum(counts.values())
+    decided = counts.get(Preference.OURS, 0) + counts.get(Preference.RIVAL, 0)
+    test = binomtest(counts.get(Preference.OURS, 0), decided) if decided else None
+    return {
+        "answers": total,
+        "p_value": float(test.pvalue) if test else None,
+        **{
+            preference.value: {
+                "count": counts.get(preference, 0),
+                "share": counts.get(preference, 0) / max(1, total),
+                "interval": list(wilson(counts.get(preference, 0), total)),
+            }
+            for preference in Preference
+        },
+    }
+
+
+def write_study_report(found: StudyResult, ours: str, path: Path) -> None:
+    """Write the report as one HTML file."""
+    people = len(found.inconsistent)
+    facts = Facts(
+        [
+            ("participants", str(people)),
+            ("unreliable", f"{len(found.unreliable)} ({100 * len(found.unreliable) / max(1, people):.1f} %)"),
+            ("comparisons", str(len(found.comparisons))),
+            ("short of consistent answers", str(len(found.short))),
+        ]
+    )
+    warning = (
+        [Text("These participants are simulated: nobody gave their answers.", "warning")] if found.simulated else []
+    )
+    sections = [Section("Participants", [*warning, facts])]
+    sections += [
+        Section(f"{ours} against {rival}", _against(ours, rival, counts)) for rival, counts in found.counts.items()
+    ]
+    rows = [(comparison.case, comparison.rival) for comparison in found.short]
+    sections.append(Section("Short of answers", [Table(["case", "rival"], rows, "Ask again about these.")]))
+    write_report(path, "Which drawing conveys the shape better?", sections, f"{ours} beside other methods' drawings.")
+
+
+def _against(ours: str, rival: str, counts: Mapping[Preference, int]) -> list[Block]:
+    total = sum(counts.values())
+    names = {Preference.OURS: ours, Preference.RIVAL: rival, Preference.BOTH: "both", Preference.NONE: "none"}
+    shares = [100 * counts.get(preference, 0) / max(1, total) for preference in names]
+    low_high = [wilson(counts.get(preference, 0), total) for preference in names]
+    decided = counts.get(Preference.OURS, 0) + counts.get(Preference.RIVAL, 0)
+    p_value = binomtest(counts.get(Preference.OURS, 0), decided).pvalue if decided else 1.0
+    caption = f"{total} consistent answers; sign test of {ours} against {rival}: p = {p_value:.2g}."
+    rows = [
+        (name, Cell(str(counts.get(preference, 0)), counts.get(preference, 0)), Cell(f"{share:.1f} %", share,
+         note=f"{100 * low:.0f} to {100 * high:.0f}"))
+        for (preference, name), share, (low, high) in zip(names.items(), shares, low_high, strict=True)
+    ]  # fmt: skip
+    return [
+        bar_plot(
+            list(names.values()),
+            shares,
+            [(100 * low, 100 * high) for low, high in low_high],
+            y_label="% of answers",
+            caption=caption,
+        ),
+        Table(["answer", "count", "share"], rows, "With 95 % confidence intervals (Wilson)."),
+    ]
