@@ -6,28 +6,27 @@ between attributes (STL, glTF) are welded at exactly equal positions, because a 
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ncmodel.errors import MeshError, UsageError
+from ncmodel.geometry import readers
 from ncmodel.types import Floats, Ints, Mesh
 
-SUFFIXES = (".obj", ".ply", ".stl", ".off", ".gltf", ".glb")
+SUFFIXES = readers.SUFFIXES
 """The file formats read."""
 
 _WELDED_SUFFIXES = (".stl", ".gltf", ".glb")
 _ALREADY_NORMALISED = 1e-6
 """Relative: a mesh this close to normalised is left as it is, so that numbers survive a round trip in float32."""
 
-_Geometry = tuple[Floats, Ints]
-
 
 def load_mesh(path: str | Path, up: str = "y") -> Mesh:
     """Read a mesh file and normalise it.
 
-    Scenes become one mesh, with their transforms applied; polygons become triangles.
+    Scenes become one mesh, with their transforms applied; polygons become triangles; a file with points alone becomes
+    the surface through them. `Mesh.notes` says what was done.
 
     Args:
         path: One of `SUFFIXES`.
@@ -42,7 +41,8 @@ def load_mesh(path: str | Path, up: str = "y") -> Mesh:
     vertices = upright(vertices, up)
     notes = []
     if len(faces) == 0:
-        raise MeshError(path, f"{len(vertices)} vertices and no faces", "a mesh with faces")
+        vertices, faces = _surface_through(vertices, path)
+        notes.append(f"reconstructed {len(faces)} faces from points (screened Poisson)")
     if suffix in _WELDED_SUFFIXES:
         before = len(vertices)
         vertices, faces = weld(vertices, faces)
@@ -61,7 +61,23 @@ def read_geometry(path: str | Path) -> tuple[Floats, Ints]:
         raise MeshError(path, f"the suffix is {suffix!r}", f"a mesh file ({' '.join(SUFFIXES)})")
     if not Path(path).is_file():
         raise MeshError(path, "no such file", "a mesh file")
-    return _read(Path(path))
+    try:
+        return readers.read_mesh(Path(path))
+    except (ValueError, OverflowError) as error:
+        raise MeshError(path, f"not readable as {suffix}: {error}", "a mesh file") from error
+
+
+def _surface_through(points: Floats, path: str | Path) -> tuple[Floats, Ints]:
+    """A surface through the points of a file without faces."""
+    from ncmodel.geometry.points import FEWEST, reconstruct
+
+    expected = f"a mesh with faces, or at least {FEWEST} points of a surface"
+    try:
+        return reconstruct(points)
+    except ValueError as error:
+        raise MeshError(path, f"no faces, and {error}", expected) from error
+    except ImportError as error:
+        raise MeshError(path, f"no faces, and pymeshlab can't be loaded ({error})", expected) from error
 
 
 def upright(vertices: Floats, up: str) -> Floats:
@@ -138,14 +154,19 @@ def normalise(vertices: Floats, extent_of: Floats | None = None) -> Floats:
     centre, half = low / 2 + high / 2, float((high / 2 - low / 2).max())
     if np.abs(centre).max() <= _ALREADY_NORMALISED and abs(half - 0.5) <= _ALREADY_NORMALISED:
         return vertices
-    # Dividing before doubling keeps denormal sizes from vanishing.
-    return np.asarray((vertices - centre) / half / 2)
+    # Dividing before doubling keeps denormal sizes from vanishing; what overflows is for the caller to find.
+    with np.errstate(over="ignore"):
+        return np.asarray((vertices - centre) / half / 2)
 
 
 def weld(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
     """Merge vertices at exactly equal positions; the first of each group stays, in the old order."""
-    order = np.lexsort(vertices.T)
+    key = _mixed(vertices)
+    order = np.argsort(key)
     ordered = vertices[order]
+    if ((key[order][1:] == key[order][:-1]) & (ordered[1:] != ordered[:-1]).any(axis=1)).any():
+        order = np.lexsort(vertices.T)  # two positions share a key: sort by the positions themselves
+        ordered = vertices[order]
     opens = np.ones(len(order), dtype=bool)
     opens[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
     group = np.cumsum(opens) - 1
@@ -158,6 +179,16 @@ def weld(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
     return vertices[first[kept]], renumbered[faces]
 
 
+def _mixed(vertices: Floats) -> NDArray[np.uint64]:
+    """(V,) a key that is equal for equal positions and hardly ever for others."""
+    bits = (vertices + 0.0).view(np.uint64)  # -0.0 equals 0.0
+    key = np.zeros(len(bits), dtype=np.uint64)
+    for column in bits.T:
+        key = (key ^ column) * np.uint64(0x9E3779B97F4A7C15)
+        key ^= key >> np.uint64(29)
+    return key
+
+
 def _y_up(vertices: Floats) -> Floats:
     return vertices
 
@@ -168,33 +199,3 @@ def _z_up(vertices: Floats) -> Floats:
 
 
 _UP: dict[str, Callable[[Floats], Floats]] = {"y": _y_up, "z": _z_up}
-
-
-def _read(path: Path) -> _Geometry:
-    import trimesh
-
-    try:
-        scene = trimesh.load_scene(path, process=False, maintain_order=True, skip_materials=True, group_material=False)
-    except Exception as error:  # trimesh's parsers raise whatever a broken file makes them stumble over
-        raise MeshError(path, f"not readable as {path.suffix} ({error})", "a mesh file") from error
-    return _joined([_placed(scene, node) for node in scene.graph.nodes_geometry])
-
-
-def _placed(scene: Any, node: str) -> _Geometry:
-    transform, geometry_name = scene.graph[node]
-    geometry = scene.geometry[geometry_name]
-    vertices = np.asarray(getattr(geometry, "vertices", np.zeros((0, 3))), dtype=np.float64)
-    faces = np.asarray(getattr(geometry, "faces", np.zeros((0, 3))), dtype=np.int64)
-    if not np.array_equal(transform, np.eye(4)):
-        vertices = vertices @ transform[:3, :3].T + transform[:3, 3]
-        if np.linalg.det(transform[:3, :3]) < 0:
-            faces = faces[:, ::-1]
-    return vertices, faces
-
-
-def _joined(parts: list[_Geometry]) -> _Geometry:
-    if not parts:
-        return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
-    offsets = np.cumsum([0] + [len(vertices) for vertices, _ in parts[:-1]])
-    faces = [part[1] + offset for part, offset in zip(parts, offsets, strict=True)]
-    return np.concatenate([vertices for vertices, _ in parts]), np.concatenate(faces)

@@ -1,0 +1,106 @@
+"""Mesh files -> vertices and triangles, as they are in the file.
+
+OBJ, PLY, STL and OFF are read here, because vertex and face order must be kept and a drawing shouldn't wait for a large
+library to load; glTF is read by trimesh.
+"""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ncmodel.geometry.obj import read_obj
+from ncmodel.geometry.ply import read_ply
+from ncmodel.geometry.polygons import triangulate
+from ncmodel.geometry.text import numbers
+from ncmodel.types import Floats, Ints
+
+Geometry = tuple[Floats, Ints]
+
+
+def read_mesh(path: Path) -> Geometry:
+    """Vertices (V, 3) and faces (F, 3) of a file whose suffix is one of `SUFFIXES`.
+
+    Raises:
+        ValueError: The file isn't what its suffix says; the text says why.
+        OSError: The file can't be read.
+    """
+    suffix = path.suffix.lower()
+    return _gltf(path) if suffix in (".gltf", ".glb") else _READERS[suffix](path.read_bytes())
+
+
+def _stl(data: bytes) -> Geometry:
+    count = int.from_bytes(data[80:84], "little")
+    text = data.lstrip()[:5] == b"solid" and b"facet" in data
+    if len(data) == 84 + 50 * count or (len(data) > 84 + 50 * count and not text):
+        record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+        vertices = np.frombuffer(data, record, count, 84)["corners"].reshape(-1, 3).astype(np.float64)
+    elif text:
+        lines = re.findall(rb"\bvertex\s+([^\r\n]*)", data)
+        vertices = numbers(b" ".join(lines))
+        if len(vertices) != 3 * len(lines):
+            raise ValueError(f"{len(vertices)} coordinates for {len(lines)} vertices")
+        vertices = vertices.reshape(-1, 3)
+    else:
+        raise ValueError(f"neither a text STL nor a binary one of {len(data)} bytes")
+    if len(vertices) % 3:
+        raise ValueError(f"{len(vertices)} corners, not a multiple of 3")
+    return vertices, np.arange(len(vertices)).reshape(-1, 3)
+
+
+def _off(data: bytes) -> Geometry:
+    lines = [line for line in re.sub(rb"#[^\n]*", b"", data).splitlines() if line.strip()]
+    header = re.match(rb"\s*(?:ST)?C?N?OFF\b", lines[0]) if lines else None
+    if header is None:
+        raise ValueError("no OFF header")
+    lines[0] = lines[0][header.end() :]
+    counts, *lines = [line for line in lines if line.strip()] or [b""]
+    if len(counts.split()) < 2:
+        raise ValueError("no counts of vertices and faces")
+    vertex_count, face_count = (int(count) for count in counts.split()[:2])
+    if len(lines) < vertex_count + face_count:
+        raise ValueError(f"{len(lines)} lines for {vertex_count} vertices and {face_count} faces")
+    width = len(lines[0].split()) if vertex_count else 3
+    vertices = numbers(b" ".join(lines[:vertex_count]))
+    if len(vertices) != vertex_count * width or width < 3:
+        raise ValueError(f"{len(vertices)} coordinates for {vertex_count} vertices")
+    vertices = vertices.reshape(-1, width)[:, :3].copy()
+    words = [line.split() for line in lines[vertex_count : vertex_count + face_count]]
+    polygons = [[int(word) for word in row[1 : 1 + int(row[0])]] for row in words]
+    sizes = np.array([len(polygon) for polygon in polygons], dtype=np.int64)
+    corners = np.array([corner for polygon in polygons for corner in polygon], dtype=np.int64)
+    return vertices, triangulate(vertices, corners, sizes)
+
+
+def _gltf(path: Path) -> Geometry:
+    import trimesh
+
+    try:
+        scene = trimesh.load_scene(path, process=False)
+    except Exception as error:  # whatever a broken file makes it stumble over
+        raise ValueError(f"{type(error).__name__}: {error}") from error
+    parts = [_placed(scene, node) for node in scene.graph.nodes_geometry]
+    if not parts:
+        return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
+    offsets = np.cumsum([0] + [len(vertices) for vertices, _ in parts[:-1]])
+    faces = [part[1] + offset for part, offset in zip(parts, offsets, strict=True)]
+    return np.concatenate([vertices for vertices, _ in parts]), np.concatenate(faces)
+
+
+def _placed(scene: Any, node: str) -> Geometry:
+    """One mesh of a scene where its transform puts it."""
+    transform, name = scene.graph[node]
+    geometry = scene.geometry[name]
+    vertices = np.asarray(getattr(geometry, "vertices", np.zeros((0, 3))), dtype=np.float64)
+    faces = np.asarray(getattr(geometry, "faces", np.zeros((0, 3))), dtype=np.int64)
+    vertices = vertices @ transform[:3, :3].T + transform[:3, 3]
+    mirrored = np.linalg.det(transform[:3, :3]) < 0
+    return vertices, faces[:, ::-1] if mirrored else faces
+
+
+_READERS: dict[str, Callable[[bytes], Geometry]] = {".obj": read_obj, ".ply": read_ply, ".stl": _stl, ".off": _off}
+
+SUFFIXES = (*_READERS, ".gltf", ".glb")
+"""The file formats read."""
