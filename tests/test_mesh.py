@@ -3,6 +3,7 @@
 import struct
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -78,14 +79,12 @@ def test_indexed_formats_keep_every_vertex_and_face(name: str, tmp_path: Path) -
 
 @pytest.mark.parametrize("name", ["a.stl", "b.stl", "c.glb", "d.gltf"])
 def test_formats_of_loose_triangles_are_welded(name: str, tmp_path: Path) -> None:
-    exported = trimesh.Trimesh(*tetrahedron(), process=False)
-    loose = trimesh.Trimesh(
-        exported.vertices[exported.faces].reshape(-1, 3), np.arange(12).reshape(4, 3), process=False
-    )
+    whole: Any = trimesh.Trimesh(*tetrahedron(), process=False)
+    loose: Any = trimesh.Trimesh(whole.vertices[whole.faces].reshape(-1, 3), np.arange(12).reshape(4, 3), process=False)
     if name == "a.stl":
-        (tmp_path / name).write_bytes(exported.export(file_type="stl"))
+        (tmp_path / name).write_bytes(whole.export(file_type="stl"))
     elif name == "b.stl":
-        (tmp_path / name).write_text(exported.export(file_type="stl_ascii"))
+        (tmp_path / name).write_text(whole.export(file_type="stl_ascii"))
     elif name == "c.glb":
         (tmp_path / name).write_bytes(loose.export(file_type="glb"))
     else:
@@ -116,7 +115,7 @@ def test_scenes_are_joined_where_their_transforms_put_them(tmp_path: Path) -> No
 
 
 def test_obj_dialects(tmp_path: Path) -> None:
-    """Texture and normal indices, negative ones, comments, continued lines, materials: only positions and faces count."""
+    """Texture and normal indices, negative ones, comments, continued lines, materials: positions and faces count."""
     text = (
         "# a comment\nmtllib missing.mtl\no thing\nv 0 0 0 1.0\n v 1 0 0\nv\t0 1 0 0.5 0.5 0.5\nvt 0 0\nvn 0 0 1\n"
         "usemtl one\nf 1/1/1 2/1/1 3/1/1 # first\ng group\ns off\nv 0 0 1\nf -4//1 -1//1 \\\n -3//1\nusemtl two\n"
