@@ -25,6 +25,13 @@ from ncmodel.types import Floats, Image, Mask, Stroke
 IMAGE_FAMILY = "image"
 """Family of the strokes that the image branch adds."""
 
+REACH = 0.6
+"""Pixels along u and v that a maximum may lie from a pixel's centre: a bit over a half, to leave no gaps."""
+
+WIDEST = 2.0
+"""Lines in the smoothed map are at most this wide (standard deviation of the profile, pixels); what curves less than
+that is no line but a slope beside one, or the rounded end of one."""
+
 
 @dataclass(frozen=True)
 class RidgeOptions:
@@ -107,16 +114,20 @@ def polylines(ridges: Ridges, square: Square) -> tuple[Stroke, ...]:
 def _crests(image: Floats, sigma: float) -> tuple[Mask, Floats]:
     """(H, W) where the smoothed image has a maximum across a line within the pixel, and (H, W, 2) its offset (u, v)."""
     smooth = cv2.GaussianBlur(image, (0, 0), sigma, borderType=cv2.BORDER_REPLICATE)
-    gy, gx = np.gradient(smooth)
-    (hxy, hxx), (hyy, _) = np.gradient(gx), np.gradient(gy)
+    padded = np.pad(smooth, 1, mode="edge")
+    before, after, above, below = padded[1:-1, :-2], padded[1:-1, 2:], padded[:-2, 1:-1], padded[2:, 1:-1]
+    gx, gy = (after - before) / 2, (below - above) / 2
+    hxx, hyy = after - 2 * smooth + before, below - 2 * smooth + above
+    hxy = (padded[2:, 2:] - padded[2:, :-2] - padded[:-2, 2:] + padded[:-2, :-2]) / 4
     # The eigenvalue of the Hessian with the largest absolute value, and its direction.
     half, mean = np.hypot((hxx - hyy) / 2, hxy), (hxx + hyy) / 2
     curve = mean - half
     angle = 0.5 * np.arctan2(2 * hxy, hxx - hyy) + np.pi / 2
     nx, ny = np.cos(angle), np.sin(angle)
-    along = np.where(curve < 0, -(gx * nx + gy * ny) / np.where(curve < 0, curve, -1.0), np.inf)
-    inside = (np.abs(along * nx) <= 0.6) & (np.abs(along * ny) <= 0.6) & (curve < 0)
-    step = np.where(inside, along, 0.0)
+    sharp = curve < -(WIDEST**-2) * smooth
+    step = -(gx * nx + gy * ny) / np.where(sharp, curve, -1.0)
+    inside = sharp & (np.abs(step * nx) <= REACH) & (np.abs(step * ny) <= REACH)
+    step = np.where(inside, step, 0.0)
     return inside, np.stack([step * nx, step * ny], axis=-1)
 
 

@@ -96,7 +96,7 @@ class DrawingScore:
         t = torch.from_numpy(thresholds).float()[None].requires_grad_()
         score = self._ranker.score(self.drawings(t, boundaries), self._embedded.clone())[0]
         (gradient,) = torch.autograd.grad(score, t)
-        return float(score), gradient[0].double().numpy()
+        return score.item(), gradient[0].double().numpy()
 
     def drawings(self, thresholds: Tensor, boundaries: bool) -> Tensor:
         """(B, 4) thresholds -> (B, 1, S, S) drawings I(t) = max(I_G(t), I_L) as the ranking module sees them."""
