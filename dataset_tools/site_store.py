@@ -150,7 +150,7 @@ class SiteStore:
             return _entry(db, "id = ?", entry.id)
 
     def save(self, participant: str, answers: Mapping[str, tuple[str, float]]) -> bool:
-        """Keep answers: field -> (value, seconds); a later answer to a question replaces the earlier.
+        """Keep answers: field -> (value, seconds); a later one replaces an earlier, but 0 seconds no known time.
 
         Returns:
             Whether they were kept: not after the questionnaire was sent or given to somebody else.
@@ -162,7 +162,8 @@ class SiteStore:
                 return False
             db.executemany(
                 "INSERT INTO answers VALUES (?, ?, ?, ?, ?) ON CONFLICT DO UPDATE SET "
-                "value = excluded.value, seconds = excluded.seconds, at = excluded.at",
+                "value = excluded.value, at = excluded.at, "
+                "seconds = CASE WHEN excluded.seconds > 0 THEN excluded.seconds ELSE answers.seconds END",
                 [(participant, field, value, seconds, now) for field, (value, seconds) in answers.items()],
             )
             db.execute("UPDATE participants SET seen = ? WHERE id = ?", (now, participant))
