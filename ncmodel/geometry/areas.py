@@ -21,6 +21,9 @@ FLATNESS = 1e-10
 TINY_SQUARE = 1e-60
 """Squared longest side below which a face counts as a point: keeps powers of lengths off the denormal range."""
 
+CANCELLED = 1e-10
+"""A sum of normals shorter than this, relative to the sum of their lengths, is what rounding leaves of 0."""
+
 Sides = tuple[float, ...]
 """Vectors of the sides e0, e1, e2 (9), e0 x e1 (3), squared lengths of the sides (3): what `sides_of` returns."""
 
@@ -87,6 +90,7 @@ def vertex_normals(vertices: Floats, faces: Indices) -> Floats:
     Where the faces' normals cancel, the normal is that of the first face; where there is no face, it is +y.
     """
     normals = np.zeros((len(vertices), 3))
+    lengths = np.zeros(len(vertices))
     for f in range(len(faces)):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
         sides, flat = sides_of(vertices, i, j, k)
@@ -95,33 +99,28 @@ def vertex_normals(vertices: Floats, faces: Indices) -> Floats:
         nx, ny, nz, li, lj, lk = sides[9], sides[10], sides[11], sides[12], sides[13], sides[14]
         # The cross products at the three corners are one vector; only the lengths differ.
         share = 1.0 / (li * lj * lk)
-        _add(normals, i, li * share, nx, ny, nz)
-        _add(normals, j, lj * share, nx, ny, nz)
-        _add(normals, k, lk * share, nx, ny, nz)
+        length = math.sqrt(nx * nx + ny * ny + nz * nz)
+        for v, weight in ((i, li * share), (j, lj * share), (k, lk * share)):
+            normals[v, 0] += weight * nx
+            normals[v, 1] += weight * ny
+            normals[v, 2] += weight * nz
+            lengths[v] += weight * length
     undefined = False
     for v in range(len(normals)):
-        undefined |= not _normalise(normals, v)
+        undefined |= not _normalise(normals, v, CANCELLED * lengths[v])
     if undefined:
         _fill_undefined(vertices, faces, normals)
     return normals
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _add(vectors: Floats, v: int, weight: float, x: float, y: float, z: float) -> None:
-    vectors[v, 0] += weight * x
-    vectors[v, 1] += weight * y
-    vectors[v, 2] += weight * z
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _normalise(vectors: Floats, v: int) -> bool:
-    """Scale one vector to length 1; False where it is 0."""
+def _normalise(vectors: Floats, v: int, least: float) -> bool:
+    """Scale one vector to length 1; where it isn't longer than `least`, to 0, which returns False."""
     x, y, z = vectors[v, 0], vectors[v, 1], vectors[v, 2]
     length = math.sqrt(x * x + y * y + z * z)
-    if length == 0.0:
-        return False
-    vectors[v, 0], vectors[v, 1], vectors[v, 2] = x / length, y / length, z / length
-    return True
+    scale = 1.0 / length if length > least else 0.0
+    vectors[v, 0], vectors[v, 1], vectors[v, 2] = x * scale, y * scale, z * scale
+    return scale > 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -134,8 +133,8 @@ def _fill_undefined(vertices: Floats, faces: Indices, normals: Floats) -> None:
         sides, flat = sides_of(vertices, faces[f, 0], faces[f, 1], faces[f, 2])
         for v in faces[f]:
             if undefined[v] and not flat:
-                _add(normals, v, 1.0, sides[9], sides[10], sides[11])
-                undefined[v] = not _normalise(normals, v)
+                normals[v, 0], normals[v, 1], normals[v, 2] = sides[9], sides[10], sides[11]
+                undefined[v] = not _normalise(normals, v, 0.0)
     for v in range(len(normals)):
         if undefined[v]:
             normals[v, 1] = 1.0

@@ -20,6 +20,9 @@ from ncmodel.types import Floats
 Frame = tuple[float, ...]
 """Axes t, b, n of a face (9), its sides (u, v) along t and b (6), and sums of u^2 and of v^2 (2)."""
 
+ROUNDING = 1e-14
+"""Changes of a unit normal below this are rounding: a plane is flat however it lies."""
+
 OPPOSITE = 1e-14
 """1 + cosine below which two normals count as opposite: there is no least rotation between them."""
 
@@ -150,6 +153,8 @@ def _fit_operator(
     # Along side i, from corner j to corner k, the normal changes by k's minus j's.
     di, dj, dk = ak - aj, ai - ak, aj - ai
     gi, gj, gk = ck - cj, ci - ck, cj - ci
+    if max(abs(di), abs(dj), abs(dk), abs(gi), abs(gj), abs(gk)) < ROUNDING:
+        return 0.0, 0.0, 0.0
     mixed = di * vi + dj * vj + dk * vk + gi * ui + gj * uj + gk * uk
     return (di * ui + dj * uj + dk * uk) / uu, mixed / (uu + vv), (gi * vi + gj * vj + gk * vk) / vv
 

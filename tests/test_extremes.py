@@ -1,0 +1,168 @@
+"""Extreme input: a right result or one clear line, and no number that isn't one.
+
+| case | outcome |
+|---|---|
+| coordinates at 1e-12, 1e12, 1e7 from the origin | as at 1, to the digits that are left |
+| zero-area faces | no part in normals and curvature; everything else as without them |
+| slivers and needles of aspect 1e6 | curvature as the definition has it, finite |
+| coincident vertices | kept: curvature of loose faces is 0, all their sides are boundaries |
+| unreferenced vertices | normal +y, curvature 0; everything else as without them |
+| edges with three faces | no boundary, a crease if one pair of opposite sides bends |
+| faces twice, back to back | the first face's side counts |
+| inverted shells | curvature with the other sign |
+| single triangle, plane | curvature 0, feature size 0.05 R, no line but boundaries |
+| sphere (umbilic) | k1 = k2 = 1/R; lines of rounding noise only below 1e-6 of the default threshold |
+| eye at a vertex | n.v = 0 there, as nothing is defined |
+| eye inside; along a normal (s2 = 0); across it (n.v = 0) | finite; q1 at most (k / 1e-8)^2 |
+"""
+
+import numpy as np
+import pytest
+
+from ncmodel.camera import Camera
+from ncmodel.geometry.features import features
+from ncmodel.geometry.mesh import make_mesh
+from ncmodel.geometry.surface import Surface
+from ncmodel.geometry.view import View
+from ncmodel.types import Floats, LineFamily, Mesh
+from tests import analytic, extreme_meshes
+from tests.extreme_meshes import MESHES
+from tests.segments import agreement
+
+
+def eyes(mesh: Mesh) -> dict[str, tuple[float, float, float]]:
+    """Eyes that strain the definitions, for one mesh."""
+    surface = Surface(mesh)
+    vertex, normal = mesh.vertices[mesh.faces[0, 0]], surface.normals[mesh.faces[0, 0]]
+    across = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+
+    def at(point: Floats) -> tuple[float, float, float]:
+        return float(point[0]), float(point[1]), float(point[2])
+
+    return {
+        "outside": (1.3, 1.1, 2.4),
+        "inside": (0.0, 1e-3, 0.0),
+        "at a vertex": at(vertex),
+        "along a normal": at(vertex + 2 * normal),
+        "across a normal": at(vertex + 2 * across / np.linalg.norm(across)),
+        "very far": (1e9, 1e9, 1e9),
+        "very near": at(vertex + 1e-13 * normal),
+    }
+
+
+@pytest.mark.parametrize("name", MESHES)
+def test_every_number_is_finite(name: str) -> None:
+    mesh = make_mesh(*MESHES[name]())
+    surface = Surface(mesh)
+    assert surface.feature_size > 0
+    for label, eye in eyes(mesh).items():
+        view = View(surface, Camera(eye, target=(3.0, 0.1, 0.2)))
+        for key, value in features(view).items():
+            assert np.isfinite(value).all(), (label, key)
+        assert (np.abs(view.n_dot_v) <= 1 + 1e-12).all()
+        assert (view.q1 >= 0).all()
+    np.testing.assert_allclose(np.linalg.norm(surface.normals, axis=1), 1, rtol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(surface.dir1, axis=1), 1, rtol=1e-12)
+    np.testing.assert_allclose((surface.dir1 * surface.normals).sum(axis=1), 0, atol=1e-12)
+    np.testing.assert_allclose(np.linalg.norm(surface.smoothed_normals, axis=2), 1, rtol=1e-12)
+    assert np.isfinite(surface.percentile_feature_size)
+
+
+@pytest.mark.parametrize(("name", "digits"), [("tiny", 10), ("huge", 10), ("far away", 4)])
+def test_size_and_place_dont_matter(name: str, digits: int) -> None:
+    plain = Surface(make_mesh(*analytic.torus(18, 10)))
+    moved = Surface(make_mesh(*MESHES[name]()))
+    np.testing.assert_allclose(moved.k1, plain.k1, rtol=10.0**-digits)
+    assert moved.feature_size == pytest.approx(plain.feature_size, rel=10.0**-digits)
+
+
+def test_zero_area_faces_change_nothing() -> None:
+    vertices, faces = extreme_meshes.with_zero_area()
+    with_them, without = Surface(Mesh(vertices, faces)), Surface(Mesh(vertices, faces[:-3]))
+    for name in ("normals", "point_areas", "k1", "k2", "dcurv"):
+        np.testing.assert_allclose(getattr(with_them, name), getattr(without, name), rtol=1e-12, atol=1e-15)
+
+
+def test_unreferenced_vertices_change_nothing() -> None:
+    plain, strays = Surface(Mesh(*analytic.torus(18, 10))), Surface(Mesh(*extreme_meshes.unreferenced()))
+    np.testing.assert_array_equal(np.delete(strays.k1, [7, 8, 9]), plain.k1)
+    np.testing.assert_array_equal(strays.normals[7:10], np.tile([0.0, 1.0, 0.0], (3, 1)))
+    assert (strays.curvatures[7:10] == 0).all()
+    assert strays.is_closed
+
+
+def test_coincident_vertices_stay_apart() -> None:
+    surface = Surface(make_mesh(*extreme_meshes.coincident()))
+    assert (surface.curvatures == 0).all()
+    assert len(surface.boundary_edges) == 3 * len(surface.mesh.faces)
+
+
+def test_a_plane_is_flat_however_it_lies() -> None:
+    rng = np.random.default_rng(6)
+    for _ in range(10):
+        rotation = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        surface = Surface(make_mesh(analytic.plane(9)[0] @ rotation, analytic.plane(9)[1]))
+        assert (surface.curvatures == 0).all()
+
+
+@pytest.mark.parametrize("name", ["plane", "single triangle"])
+def test_flat_things_have_no_lines_but_their_border(name: str) -> None:
+    mesh = make_mesh(*MESHES[name]())
+    view = View(Surface(mesh), Camera((0.3, 0.2, 2.0)))
+    assert view.surface.feature_size == pytest.approx(
+        0.05 * np.linalg.norm(np.ptp(mesh.vertices, axis=0)) / 2, rel=1e-9
+    )
+    counts = {family.value: len(view.lines(family)) for family in LineFamily}
+    assert counts.pop("boundaries") == {"plane": 24, "single triangle": 3}[name]
+    assert set(counts.values()) == {0}
+
+
+def test_a_sphere_has_its_outline_alone() -> None:
+    """All its points are umbilics, so what other lines there are is rounding noise, far below any threshold."""
+    view = View(Surface(make_mesh(*analytic.icosphere(3))), Camera((1.3, 1.1, 2.4)))
+    assert len(view.lines(LineFamily.CONTOURS)) > 50
+    assert view.lines(LineFamily.SUGGESTIVE).strength.max(initial=0.0) < 1e-8
+    assert len(view.lines(LineFamily.VALLEYS)) == 0
+
+
+def test_faces_twice_back_to_back_keep_the_first_side() -> None:
+    vertices, _ = extreme_meshes.both_sides()
+    surface = Surface(Mesh(*extreme_meshes.both_sides()))
+    assert ((surface.normals * vertices).sum(axis=1) > 0.8).all()
+
+
+def test_an_edge_of_three_faces() -> None:
+    """Sides 0 -> 1 three times and never back: each is without a twin; turned to have one, a crease."""
+    vertices, faces = extreme_meshes.three_faces_at_an_edge()
+    surface = Surface(Mesh(vertices, faces))
+    assert len(surface.boundary_edges) == 9
+    faces[0] = [0, 1, 2]
+    turned = Surface(Mesh(vertices, faces))
+    assert len(turned.boundary_edges) == 6
+    assert turned.creases().ends.tolist() == [[0, 1]]
+
+
+def test_eye_at_a_vertex_sees_nothing_there() -> None:
+    mesh = make_mesh(*analytic.torus(18, 10))
+    x, y, z = mesh.vertices[5]
+    view = View(Surface(mesh), Camera((float(x), float(y), float(z)), target=(3.0, 0.0, 0.0)))
+    assert view.n_dot_v[5] == view.kr[5] == view.sc_num[5] == 0
+    assert view.q1[5] == pytest.approx(view.surface.k1[5] ** 2)
+
+
+def test_lines_of_an_inverted_shell_are_those_seen_from_within() -> None:
+    """Turning a shell inside out turns ridges into valleys; contours swap what kr keeps."""
+    outside = View(Surface(make_mesh(*analytic.torus(18, 10))), Camera((1.3, 1.1, 2.4)))
+    inside = View(Surface(make_mesh(*extreme_meshes.inside_out())), Camera((1.3, 1.1, 2.4)))
+    np.testing.assert_allclose(inside.surface.k1, -outside.surface.k1, rtol=1e-9)
+    lines, turned = outside.silhouettes, inside.silhouettes
+    assert agreement(lines.face, lines.points, turned.face, turned.points, 1e-9) == 1
+
+
+def test_two_million_faces_stay_in_memory() -> None:
+    """The arrays of a large mesh are what the formulas need: measured by size, not by running out."""
+    vertices, faces = analytic.torus(200, 100)
+    surface = Surface(Mesh(vertices, faces))
+    View(surface, Camera((1.3, 1.1, 2.4))).lines(LineFamily.APPARENT)
+    held = sum(value.nbytes for value in surface.__dict__.values() if isinstance(value, np.ndarray))
+    assert held < 150 * len(faces)
