@@ -1,14 +1,13 @@
 """`ncontours demo`: the whole road, from mesh files to an evaluated model, on meshes that installed packages bundle."""
 
-import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from ncmodel.cli.common import emit
-from ncmodel.cli.stage_runner import Measured, Stage, command_stage, run_stages
+from ncmodel.cli.stage_runner import Stage, command_stage, run_stages
 from ncmodel.errors import InputError, UsageError
 from ncmodel.files import write_bytes, write_text
 
@@ -24,19 +23,17 @@ class Plan:
         made: Shapes made in code, besides the bundled meshes.
         held_out: How many of these are kept from training, besides `REAL_HELD_OUT`.
         size: Pixels of a view's side.
-        train_seconds: Budgets of the training stages: ranker, translator, finetune.
-        preset: Effort of the search for thresholds.
+        effort: Of the search for thresholds.
     """
 
     made: int
     held_out: int
     size: int
-    train_seconds: tuple[int, int, int]
-    preset: str
+    effort: str
 
 
-FULL = Plan(made=45, held_out=10, size=768, train_seconds=(150, 60, 25), preset="balanced")
-QUICK = Plan(made=13, held_out=3, size=384, train_seconds=(30, 15, 8), preset="draft")
+FULL = Plan(made=45, held_out=10, size=768, effort="balanced")
+QUICK = Plan(made=13, held_out=3, size=384, effort="draft")
 
 
 def register(app: typer.Typer) -> None:
@@ -50,7 +47,7 @@ def demo(
     seed: Annotated[int, typer.Option(help="Of everything random.")] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as one JSON object.")] = False,
 ) -> None:
-    """Clean, draw, vote (simulated participants), train and evaluate, end to end; stopped and started again, it goes on."""
+    """Clean, draw, vote (simulated participants), train, evaluate: the whole road. Started again, it goes on."""
     from ncmodel.cli.demo_report import summary_text, write_demo_report
 
     plan = QUICK if quick else FULL
@@ -80,35 +77,59 @@ def claim_folder(out_dir: Path, settings: str) -> None:
 
 def road(out: Path, plan: Plan, seed: int) -> list[Stage]:
     """The stages, in order."""
-    from ncmodel.cli import demo_drawings
+    from ncmodel.cli.demo_drawings import draw_held_out, split_for_training
 
     held_out = held_out_shapes(plan)
-    seeded = ["--seed", str(seed)]
-    data, batch, votes, pairs = (str(out / name) for name in ("data", "batch", "votes.csv", "pairs.jsonl"))
-    results, model = str(out / "simulated-results.csv"), str(out / "model.safetensors")
-    ranker, translator, finetune = (str(seconds) for seconds in plan.train_seconds)
-    train = ["train", data, pairs, "-o", model, "--preset", "tiny", "--quiet-validation", *seeded]
+    seeded = ("--seed", str(seed))
+    meshes, data = out / "meshes", out / "data"
+    batch, results = out / "batch", out / "simulated-results.csv"
+    votes, pairs = out / "votes.csv", out / "pairs.jsonl"
+    training, model = out / "training-pairs.jsonl", out / "model.safetensors"
+
+    def command(name: str, title: str, *argv: object, output: Path) -> Stage:
+        return command_stage(name, title, [str(word) for word in argv], (output,))
+
     return [
-        Stage("meshes", "Collect and make meshes", make_meshes, (out / "meshes", plan.made, seed), (out / "meshes",)),
-        command_stage(
+        Stage("meshes", "Collect and make meshes", make_meshes, (meshes, plan.made, seed), (meshes,)),
+        command(
             "dataset",
             "Clean, two views each, 264 candidates, 8 selected",
-            ["dataset", "build", str(out / "meshes"), data, "--workers", "2", "--size", str(plan.size), *seeded],
-            (out / "data" / "index.csv",),
+            *("dataset", "build", meshes, data, "--workers", 2, "--size", plan.size, *seeded),
+            output=data / "index.csv",
         ),
-        command_stage("questionnaires", "Make questionnaires", ["crowd", "build", data, batch, *seeded], (out / "batch",)),
-        command_stage(
+        command("questionnaires", "Make questionnaires", "crowd", "build", data, batch, *seeded, output=batch),
+        command(
             "simulate",
             "Simulated participants answer",
-            ["crowd", "simulate", batch, "-o", results, "--data", data, *seeded],
-            (out / "simulated-results.csv",),
+            *("crowd", "simulate", batch, "-o", results, "--data", data, *seeded),
+            output=results,
         ),
-        command_stage("ingest", "Read the votes", ["crowd", "ingest", batch, results, "-o", votes], (out / "votes.csv",)),
-        command_stage(
+        command("ingest", "Read the votes", "crowd", "ingest", batch, results, "-o", votes, output=votes),
+        command(
             "aggregate",
             "Reliability, consensus, ranking pairs",
-            ["crowd", "aggregate", votes, "-o", pairs, "--validation-shapes", ",".join(held_out), *seeded],
-            (out / "pairs.jsonl",),
+            *("crowd", "aggregate", votes, "-o", pairs, "--validation-shapes", ",".join(held_out), *seeded),
+            output=pairs,
+        ),
+        Stage(
+            "split",
+            "Keep the held-out shapes from training",
+            split_for_training,
+            (pairs, held_out, training),
+            (training,),
+        ),
+        command(
+            "train",
+            "Train the ranking module and the image branch",
+            *("train", data, training, "-o", model, "--preset", "tiny", *seeded),
+            output=model,
+        ),
+        Stage(
+            "drawings",
+            "Draw the held-out views by every method",
+            draw_held_out,
+            (out, held_out, plan.effort),
+            (out / "held-out" / "model.json",),
         ),
     ]
 

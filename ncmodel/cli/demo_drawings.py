@@ -9,14 +9,23 @@ from typing import Any
 import numpy as np
 
 from dataset_tools.artist import ArtistDrawings, crowd_artists, open_view
-from dataset_tools.items import Item, list_items
+from dataset_tools.items import list_items
+from dataset_tools.questionnaire import Item
 from eval.baselines import canny, rtsc
 from eval.evaluation import Settings, Target
 from ncmodel.cli.common import progress
 from ncmodel.errors import InputError
+from ncmodel.fade import fade
 from ncmodel.files import write_text
+from ncmodel.geometry.view import View
+from ncmodel.maps import line_width
+from ncmodel.model import Choice, Model, Variant, load_model
 from ncmodel.pictures import from_ink, write_png
-from ncmodel.types import Image
+from ncmodel.raster import draw_segments
+from ncmodel.types import FILTERED_FAMILIES, Image
+
+VARIANTS: dict[str, Variant] = {"NC-geometry": "geometry", "NC-image": "image", "NCs": "full"}
+"""The paper's names -> the model's."""
 
 TUNING_VIEWS = 12
 """Training views that Canny's parameters are tuned on."""
@@ -39,39 +48,88 @@ def split_for_training(pairs: Path, held_out: Sequence[str], output: Path) -> No
     write_text(output, "".join(json.dumps(record) + "\n" for record in kept))
 
 
-def draw_held_out(out: Path, held_out: Sequence[str], preset: str, seed: int) -> None:
+def draw_held_out(out: Path, held_out: Sequence[str], effort: str) -> None:
     """Draw the held-out views by every method, beside the simulated artists' drawings, under `out`/held-out."""
-    from ncmodel.model import load_model
-
     data, folder = out / "data", out / "held-out"
     items = list_items(data)
-    artists = ArtistDrawings(data, crowd_artists(seed=seed))
-    canny_settings = _tune_canny([item for item in items if item.shape not in held_out], artists)
-    model = load_model(out / "model.safetensors")
-    views: dict[str, Any] = {}
+    artists = ArtistDrawings(data, crowd_artists())
     mine = [item for item in items if item.shape in held_out]
     if not mine:
         raise InputError(data, "no view of a held-out shape", f"views of {', '.join(held_out)}")
+    canny_settings = _tune_canny([item for item in items if item.shape not in held_out], artists)
+    model = load_model(out / "model.safetensors")
+    chosen: dict[str, Any] = {}
     with progress("Held-out views", len(mine)) as advance:
         for item in mine:
             view = open_view(data, item)
             for method, settings in rtsc.METHODS.items():
                 _write(folder, method, item, rtsc.draw(view, settings))
             _write(folder, "Canny", item, canny.draw(view, canny_settings))
-            begin = time.perf_counter()
-            result = model.draw(view, effort=preset, seed=seed)
-            seconds = time.perf_counter() - begin
-            _write(folder, "NCs", item, result.ink)
-            _write(folder, "NC-image", item, model.image_drawing(view))
-            geometry = model.draw(view, effort=preset, seed=seed, image_branch=False)
-            _write(folder, "NC-geometry", item, geometry.ink)
             _write(folder, "silhouettes", item, view.buffers.hit.astype(np.float32))
             for number, ink in enumerate(artists.inks(item)):
                 _write(folder, f"references/{item.name}", number, ink)
-            views[item.name] = {**result.to_record(), "seconds": seconds}
+            chosen[item.name] = _draw_variants(model, view, item, folder, effort)
             advance(item.name)
     pairs = _score_pairs(model, data, out / "pairs.jsonl", set(held_out))
-    write_text(folder / "model.json", json.dumps({"views": views, "pairs": pairs}, indent=1) + "\n")
+    write_text(folder / "model.json", json.dumps({"views": chosen, "pairs": pairs}, indent=1) + "\n")
+
+
+def _draw_variants(model: Model, view: View, item: Item, folder: Path, effort: str) -> dict[str, Any]:
+    """The model's three drawings of a view; returns what the full model chose, and in how many seconds."""
+    record: dict[str, Any] = {}
+    for method, variant in VARIANTS.items():
+        begin = time.perf_counter()
+        choice = model.choose(view, variant, effort)
+        _write(folder, method, item, _choice_ink(view, choice))
+        if choice.optimum is not None:
+            thresholds = {family.value: choice.thresholds.of(family) for family in FILTERED_FAMILIES}
+            record = {
+                "thresholds": thresholds,
+                "score": choice.optimum.score,
+                "evaluations": choice.optimum.evaluations,
+                "seconds": time.perf_counter() - begin,
+            }
+    return record
+
+
+def _choice_ink(view: View, choice: Choice) -> Image:
+    """(H, W) ink of max(I_G(t), I_L)."""
+    shape = (view.camera.height, view.camera.width)
+    width = line_width(view)
+    layers = [np.zeros(shape, np.float32)]
+    for family in choice.families:
+        segments = fade(view.visible(family), choice.thresholds.of(family) or 0.0, "p90", choice.p90.get(family, 1.0))
+        layers.append(draw_segments(view.camera.project(segments.points)[..., :2], segments.alpha, width, shape))
+    for stroke in choice.strokes:
+        points = np.stack([stroke.points[:-1], stroke.points[1:]], axis=1)
+        layers.append(draw_segments(points, np.stack([stroke.alpha[:-1], stroke.alpha[1:]], axis=1), width, shape))
+    return np.asarray(np.maximum.reduce(layers))
+
+
+def _score_pairs(model: Model, data: Path, pairs: Path, held_out: set[str]) -> list[dict[str, Any]]:
+    """The ranking module's scores of both drawings of every held-out pair."""
+    import torch
+
+    from ncmodel.batches import load_pairs
+    from ncmodel.data import DataFolder, read_pairs
+    from ncmodel.objectives import score_batch
+
+    ranker = model.checkpoint.ranker
+    if ranker is None:
+        raise InputError("model.safetensors", "no ranking module", "a model trained in all stages")
+    folder = DataFolder(data, [ranker.dims.size])
+    wanted = [pair for pair in read_pairs(pairs) if pair.item.shape in held_out]
+    records = []
+    for item in sorted({pair.item for pair in wanted}):
+        mine = [pair for pair in wanted if pair.item == item]
+        loaded = load_pairs(folder, mine, ranker.dims.size)
+        with torch.inference_mode():
+            scores = score_batch(ranker, loaded.batch).tolist()
+        records += [
+            {"shape": item.shape, "view": item.view, "better_score": scores[better], "worse_score": scores[worse]}
+            for better, worse in zip(loaded.better.tolist(), loaded.worse.tolist(), strict=True)
+        ]
+    return records
 
 
 def _write(folder: Path, group: str, item: Item | int, ink: Image) -> None:

@@ -8,12 +8,13 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from dataset_tools.aggregate import Rules, aggregate
 from dataset_tools.items import drawing_path, list_items, render_paths
 from dataset_tools.questionnaire import Item
 from dataset_tools.votes import read_votes
 from eval.evaluation import Settings
 from eval.statistics import PairAccuracy
-from eval.tables import Comparison, compare, comparison_table, comparison_text, difference_table, shown
+from eval.tables import Comparison, compare, comparison_table, comparison_text, difference_table
 from ncmodel.cli.stage_runner import Measured, Stage
 from ncmodel.files import write_text
 from ncmodel.pictures import Tile, from_ink, read_grey
@@ -31,8 +32,8 @@ TOLERANCE = 5.0
 
 THUMB = 208
 SIMULATED = (
-    "All votes, artists and participants on this page are simulated: programs that follow a written rule with noise. They show "
-    "that the road works and how its parts compare; they say nothing about what people prefer."
+    "All votes, artists and participants on this page are simulated: programs that follow a written rule with noise. "
+    "They show that the road works and how its parts compare; they say nothing about what people prefer."
 )
 
 
@@ -55,7 +56,9 @@ def judge(out: Path) -> Outcome:
     """Measure the held-out drawings that lie in `out`/held-out."""
     held_out = out / "held-out"
     names = sorted(path.name for path in (held_out / "references").iterdir())
-    references = {name: [_ink(path) for path in sorted((held_out / "references" / name).glob("*.png"))] for name in names}
+    references = {
+        name: [_ink(path) for path in sorted((held_out / "references" / name).glob("*.png"))] for name in names
+    }
     methods = {method: {name: _ink(held_out / method / f"{name}.png") for name in names} for method in METHODS}
     silhouettes = {name: _ink(held_out / "silhouettes" / f"{name}.png") > 0.5 for name in names}
     side = next(iter(references.values()))[0].shape[1]
@@ -98,7 +101,7 @@ def write_demo_report(out: Path, stages: Sequence[tuple[Stage, Measured]]) -> di
 
 def _summary(out: Path, outcome: Outcome, stages: Sequence[tuple[Stage, Measured]]) -> dict[str, Any]:
     comparison = outcome.comparison
-    votes = json.loads((out / "votes-summary.json").read_text(encoding="utf-8"))
+    votes = aggregate(read_votes(out / "votes.csv"), Rules()).summary()
     items = list_items(out / "data")
     return {
         "participants": "simulated",
@@ -135,22 +138,27 @@ def summary_text(summary: dict[str, Any]) -> str:
 
 def _lead(summary: dict[str, Any]) -> str:
     return (
-        f"From mesh files to an evaluated model: {summary['shapes']} shapes (those that pymeshlab's package bundles, and "
-        f"shapes made in code), two views each, 264 candidate drawings a view of which 8 were voted on, a model trained on "
-        f"the votes, and its drawings of {len(summary['held_out'])} shapes that it never saw, beside the classic lines."
+        f"From mesh files to an evaluated model: {summary['shapes']} shapes (those that pymeshlab's package bundles, "
+        "and shapes made in code), two views each, 264 candidate drawings a view of which 8 were voted on, a model "
+        f"trained on the votes, and its drawings of {len(summary['held_out'])} shapes that it never saw, beside the "
+        "classic lines."
     )
 
 
 def _result(outcome: Outcome, summary: dict[str, Any]) -> list[Block]:
     accuracy, votes = outcome.accuracy, summary["votes"]
-    share = f"{100 * accuracy.accuracy:.1f} % ({100 * accuracy.bootstrap.low:.1f} to {100 * accuracy.bootstrap.high:.1f})"
-    chosen = outcome.model["views"]
+    low, high = 100 * accuracy.bootstrap.low, 100 * accuracy.bootstrap.high
+    share = f"{100 * accuracy.accuracy:.1f} % ({low:.1f} to {high:.1f})"
+    chosen = outcome.model["views"].values()
     facts = [
         ("Held-out pairs that the ranking module orders rightly", f"{share}; {accuracy.pairs} pairs, chance is 50 %"),
         ("Simulated participants", f"{votes['participants']}, of whom {votes['reliable']} reliable by the sentinels"),
         ("Items with a consensus", f"{votes['accepted']} of {votes['items']}"),
-        ("Score evaluations a view, in the search for thresholds", _mean(view["evaluations"] for view in chosen.values())),
-        ("Seconds a view, drawing included", _mean(view["seconds"] for view in chosen.values())),
+        (
+            "Score evaluations a view, in the search for thresholds",
+            _mean(view["evaluations"] for view in chosen),
+        ),
+        ("Seconds a view, drawing included", _mean(view["seconds"] for view in chosen)),
     ]
     caption = (
         "Held-out drawings against those of the simulated artists, silhouettes removed; 95 % intervals over resampled "
@@ -179,7 +187,11 @@ def _held_out(out: Path, outcome: Outcome) -> list[Block]:
         tiles = [Tile(grey(read_grey(render_paths(out / "data", item)[0])), "shape")]
         tiles += [Tile(from_ink(_ink(folder / "references" / name / "0.png")), "a simulated artist")]
         tiles += [
-            Tile(from_ink(_ink(folder / method / f"{name}.png")), f"{method}  F1 {100 * score:.0f}", highlight=score == best)
+            Tile(
+                from_ink(_ink(folder / method / f"{name}.png")),
+                f"{method}  F1 {100 * score:.0f}",
+                highlight=score == best,
+            )
             for method, score in reversed(scores.items())
         ]
         blocks.append(Grid(tiles, f"{name}: {_choice(view)}", columns=6, max_side=384))
@@ -187,7 +199,9 @@ def _held_out(out: Path, outcome: Outcome) -> list[Block]:
 
 
 def _choice(view: dict[str, Any]) -> str:
-    parts = [f"{family} {value:.2f}" if value is not None else f"no {family}" for family, value in view["thresholds"].items()]
+    parts = [
+        f"{family} {value:.2f}" if value is not None else f"no {family}" for family, value in view["thresholds"].items()
+    ]
     return f"the model chose {', '.join(parts)}"
 
 
@@ -201,9 +215,10 @@ def _f1(comparison: Comparison, method: str, name: str) -> float:
 def _votes(out: Path, held_out: Sequence[str]) -> list[Block]:
     counts: Counter[tuple[str, str, int]] = Counter()
     for vote in read_votes(out / "votes.csv"):
-        if not vote.sentinel and vote.item is not None:
-            counts[vote.item.shape, vote.item.view, vote.choice] += 1
-    first, rest = [], []
+        if not vote.sentinel:
+            counts[vote.shape, vote.view, vote.choice] += 1
+    first: list[Grid] = []
+    rest: list[Grid] = []
     for item in list_items(out / "data"):
         (first if item.shape in held_out else rest).append(_candidates(out, item, counts))
     note = Text("Votes of simulated participants; those who failed a sentinel are counted here too.", "note")

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import typer
 from typer.exceptions import TyperException
 
-from ncmodel.cli import crowd, dataset, draw, evaluate, features, train
+from ncmodel.cli import crowd, dataset, demo, draw, evaluate, features, train
 from ncmodel.errors import BatchError, NeuralContoursError
 
 app = typer.Typer(
@@ -23,6 +23,7 @@ dataset.register(app)
 evaluate.register(app)
 crowd.register(app)
 train.register(app)
+demo.register(app)
 
 
 @app.callback()
