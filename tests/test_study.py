@@ -1,0 +1,194 @@
+"""The perceptual study asks every pair twice and counts consistent answers only."""
+
+import csv
+import json
+import random
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dataset_tools.batch_files import Look
+from dataset_tools.questionnaire import NONE
+from dataset_tools.results import Answered, read_csv_results
+from dataset_tools.site_batch import SiteBatch
+from dataset_tools.study import BOTH, Comparison, Preference, StudyFolders, StudyKey, StudyScheme, build_study
+from dataset_tools.study_answers import PairAnswer, evaluate_study, ingest_study, read_answers
+from dataset_tools.study_report import summary, wilson, write_study_report
+from ncmodel.errors import InputError, UsageError
+from ncmodel.pictures import from_ink, write_png
+from tests.crowd_data import scribble
+
+CASES, RIVALS = 12, ("contours", "canny")
+
+
+@pytest.fixture(scope="module")
+def folders(tmp_path_factory: pytest.TempPathFactory) -> StudyFolders:
+    root = tmp_path_factory.mktemp("study")
+    for number, name in enumerate(("ours", *RIVALS)):
+        (root / name).mkdir()
+        for case in range(CASES):
+            write_png(root / name / f"case_{case}.png", from_ink(scribble(np.random.default_rng([number, case]), 4)))
+    for case in range(CASES):
+        (root / "renders" / f"case_{case}").mkdir(parents=True)
+        for view in range(3):
+            picture = from_ink(scribble(np.random.default_rng([9, case, view]), 9))
+            write_png(root / "renders" / f"case_{case}" / f"{view}.png", picture)
+    return StudyFolders(root / "ours", {name: root / name for name in RIVALS}, root / "renders")
+
+
+@pytest.fixture(scope="module")
+def batch(folders: StudyFolders, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("batch") / "study"
+    build_study(folders, "NCs", StudyScheme(pairs=8), Look(48, 32), folder)
+    return folder
+
+
+def test_the_paper_scheme_is_the_default() -> None:
+    assert StudyScheme() == StudyScheme(pairs=15, answers=3, most_inconsistent=7)
+
+
+def test_every_pair_is_asked_twice_with_sides_swapped_in_another_order(batch: Path) -> None:
+    key = StudyKey.load(batch)
+    asked: Counter[Comparison] = Counter()
+    for questions in key.questionnaires.values():
+        first, second = questions[:8], questions[8:]
+        assert {q.comparison for q in first} == {q.comparison for q in second}
+        assert [q.comparison for q in first] != [q.comparison for q in second]
+        assert not any(q.flipped for q in first)
+        assert all(q.flipped for q in second)
+        assert len({q.comparison.case for q in first}) == 8, "no case twice where that can be avoided"
+        sides = {q.comparison: next(iter(q.answers.values())) for q in first}
+        assert all(next(iter(q.answers.values())) != sides[q.comparison] for q in second)
+        asked.update(q.comparison for q in first)
+    assert set(asked) == {Comparison(f"case_{c}", rival) for c in range(CASES) for rival in RIVALS}
+    assert min(asked.values()) == 3
+
+
+def test_the_batch_is_like_any_other(batch: Path) -> None:
+    """The site takes it, every picture is there, and names tell nothing."""
+    site = SiteBatch(batch)
+    key = StudyKey.load(batch)
+    for name, questions in key.questionnaires.items():
+        page = site.fragment(name, {"q01": BOTH})
+        assert page.count('type="radio"') == 16 * 4
+        assert page.count(" checked") == 1
+        assert "${" not in page
+        assert not any(word in page for word in ("canny", "contours", "case_", "ours"))
+        for question in questions:
+            assert all(site.accepts(name, question.field, value) for value in question.answers)
+    with (batch / "tasks.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert all((batch / cell).is_file() for row in rows for cell in row.values() if cell.endswith(".png"))
+    assert len({path.stat().st_size for path in (batch / "images").iterdir()}) == 2
+
+
+def results(batch: Path, people: dict[str, float]) -> list[Answered]:
+    """Answers of workers who prefer ours, each with a chance to answer at random."""
+    key = StudyKey.load(batch)
+    rng = random.Random(0)
+    found = []
+    names = list(key.questionnaires)
+    for number, (worker, chance) in enumerate(people.items()):
+        name = names[number % len(names)]
+        answers = {}
+        for question in key.questionnaires[name]:
+            best = next(v for v, meaning in question.answers.items() if meaning is Preference.OURS)
+            answers[question.field] = rng.choice(list(question.answers)) if rng.random() < chance else best
+        found.append(Answered(worker, f"a-{worker}", name, answers, {"q01": 4.0}, None, "", "mturk", worker))
+    return found
+
+
+def test_inconsistent_workers_are_unreliable(batch: Path, tmp_path: Path) -> None:
+    people = {f"good{i}": 0.0 for i in range(9)} | {"clicker": 1.0}
+    done = ingest_study(results(batch, people), StudyKey.load(batch), tmp_path / "answers.csv")
+    assert (done.assignments, done.votes, done.problems) == (10, 160, [])
+    again = ingest_study(results(batch, people), StudyKey.load(batch), tmp_path / "answers.csv")
+    assert (again.known_assignments, again.votes) == (10, 0)
+    answers = list(read_answers(tmp_path / "answers.csv"))
+    found = evaluate_study(answers, most_inconsistent=3)
+    assert found.unreliable == {"clicker"}
+    assert found.inconsistent["good0"] == 0
+    assert all(set(counts) == {Preference.OURS} for counts in found.counts.values())
+    assert sum(sum(counts.values()) for counts in found.counts.values()) == 9 * 8
+    random.Random(1).shuffle(answers)
+    assert evaluate_study(answers, most_inconsistent=3) == found
+
+
+def answer(worker: str, first: Preference, second: Preference | None, case: str = "c") -> list[PairAnswer]:
+    both = [(False, first)] + ([(True, second)] if second else [])
+    return [
+        PairAnswer(worker, f"a-{worker}", "q", 1 + flipped, case, "r", flipped, given, None, "mturk")
+        for flipped, given in both
+    ]
+
+
+def test_only_equal_answers_count_and_three_of_them() -> None:
+    ours, rival = Preference.OURS, Preference.RIVAL
+    votes = [*answer("a", ours, ours), *answer("b", ours, rival), *answer("c", rival, rival), *answer("d", ours, None)]
+    found = evaluate_study(votes)
+    assert dict(found.counts["r"]) == {ours: 1, rival: 1}
+    assert found.short == [Comparison("c", "r")]
+    assert found.inconsistent == {"a": 0, "b": 1, "c": 0, "d": 1}
+    many = [entry for worker in "abcdefg" for entry in answer(worker, ours, ours)]
+    assert sum(evaluate_study(many).counts["r"].values()) == 3
+    assert evaluate_study(many).short == []
+
+
+def test_more_than_seven_inconsistent_is_unreliable_and_seven_is_not() -> None:
+    for wrong, unreliable in ((7, False), (8, True)):
+        votes = []
+        for number in range(15):
+            second = Preference.RIVAL if number < wrong else Preference.OURS
+            votes += answer("w", Preference.OURS, second, f"case{number}")
+        assert ("w" in evaluate_study(votes).unreliable) is unreliable
+
+
+def test_wilson_interval() -> None:
+    """Values from the formula's usual worked example, and the ends."""
+    assert wilson(8, 10) == pytest.approx((0.4901625, 0.9433178), abs=1e-6)
+    assert wilson(0, 0) == (0.0, 1.0)
+    assert wilson(0, 20)[0] == 0.0
+    assert wilson(20, 20)[1] == 1.0
+
+
+def test_report(batch: Path, tmp_path: Path) -> None:
+    ingest_study(results(batch, {f"g{i}": 0.3 for i in range(9)}), StudyKey.load(batch), tmp_path / "answers.csv")
+    found = evaluate_study(read_answers(tmp_path / "answers.csv"))
+    write_study_report(found, "NCs", tmp_path / "report.html")
+    text = (tmp_path / "report.html").read_text()
+    assert "NCs against canny" in text
+    assert "simulated" not in text
+    figures = summary(found, "NCs")
+    assert json.dumps(figures, allow_nan=False)
+    assert set(figures["rivals"]) == set(RIVALS)  # type: ignore[call-overload]
+
+
+def test_results_files_are_read(batch: Path, tmp_path: Path) -> None:
+    key = StudyKey.load(batch)
+    name = next(iter(key.questionnaires))
+    row = {"WorkerId": "w", "AssignmentId": "a", "Input.questionnaire": name, "Answer.q01": NONE, "Answer.q02": "what"}
+    with (tmp_path / "r.csv").open("w") as file:
+        writer = csv.DictWriter(file, list(row))
+        writer.writeheader()
+        writer.writerow(row)
+    done = ingest_study(read_csv_results(tmp_path / "r.csv"), key, tmp_path / "answers.csv")
+    assert done.votes == 1
+    assert "q02 is 'what'" in str(done.problems[0])
+
+
+def test_bad_input(folders: StudyFolders, batch: Path, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="no rivals"):
+        build_study(StudyFolders(folders.ours, {}, folders.renders), "x", StudyScheme(), Look(), tmp_path / "b")
+    with pytest.raises(InputError, match="no drawings"):
+        build_study(StudyFolders(tmp_path, folders.rivals, folders.renders), "x", StudyScheme(), Look(), tmp_path / "b")
+    with pytest.raises(InputError, match=r"case_0\.png: no such file"):
+        build_study(
+            StudyFolders(folders.ours, {"r": tmp_path}, folders.renders), "x", StudyScheme(), Look(), tmp_path / "b"
+        )
+    with pytest.raises(InputError, match="0 renders"):
+        build_study(StudyFolders(folders.ours, folders.rivals, tmp_path), "x", StudyScheme(), Look(), tmp_path / "b")
+    (tmp_path / "key.json").write_text(json.dumps({"questionnaires": {"a": {"questions": [{}]}}}))
+    with pytest.raises(InputError, match="not the key of a study"):
+        StudyKey.load(tmp_path)
