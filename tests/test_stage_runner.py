@@ -1,6 +1,11 @@
 """Stages run once, are measured, resume where they were, and pass their complaints on."""
 
 import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -24,8 +29,6 @@ def fail_partly(path: Path) -> None:
 
 
 def die() -> None:
-    import os
-
     os._exit(7)
 
 
@@ -83,3 +86,45 @@ def test_a_spoiled_record_is_named(tmp_path: Path) -> None:
     (tmp_path / "stages.json").write_text("{", encoding="utf-8")
     with pytest.raises(InputError, match=r"stages\.json: not JSON"):
         run_stages(stages(tmp_path), tmp_path)
+
+
+def test_a_killed_road_leaves_no_stage_behind(tmp_path: Path) -> None:
+    road = subprocess.Popen([sys.executable, "-c", ROAD, str(tmp_path)], stderr=subprocess.DEVNULL)
+    pid_file = tmp_path / "pid"
+    _wait_until(pid_file.exists)
+    stage = int(pid_file.read_text(encoding="utf-8"))
+    assert _alive(stage)
+    road.kill()
+    road.wait()
+    _wait_until(lambda: not _alive(stage))
+
+
+ROAD = """
+import sys
+from pathlib import Path
+from tests.test_stage_runner import linger
+from ncmodel.cli.stage_runner import measure
+measure(linger, Path(sys.argv[1]))
+"""
+
+
+def linger(folder: Path) -> None:
+    aside = folder / "pid.part"
+    aside.write_text(str(os.getpid()), encoding="utf-8")
+    aside.rename(folder / "pid")
+    time.sleep(300)
+
+
+def _alive(pid: int) -> bool:
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rsplit(")", 1)[1].split()[0]
+    except FileNotFoundError:
+        return False
+    return state != "Z"
+
+
+def _wait_until(condition: Callable[[], bool], seconds: float = 60.0) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.05)

@@ -2,9 +2,11 @@
 
 import json
 import multiprocessing
+import multiprocessing.connection
 import os
 import resource
 import sys
+import threading
 import time
 import traceback
 from collections.abc import Callable, Sequence
@@ -132,6 +134,7 @@ def measure(function: Callable[..., None], *arguments: Any) -> Measured:
 
 
 def _in_child(sender: Connection, function: Callable[..., None], arguments: tuple[Any, ...]) -> None:
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     # Another stage's output may be a JSON object on our stdout; what stages print is progress.
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     error, note = None, ""
@@ -148,6 +151,14 @@ def _in_child(sender: Connection, function: Callable[..., None], arguments: tupl
     own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     children = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
     sender.send((error, note, max(own, children) * 1024))
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        # A road that is killed must not leave a stage behind that writes to the same files as the next run.
+        multiprocessing.connection.wait([parent.sentinel])
+        os._exit(1)
 
 
 def _read_record(path: Path) -> dict[str, Any]:
