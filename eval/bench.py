@@ -27,14 +27,16 @@ class Bench:
     Attributes:
         scaling: Stages over face counts.
         processes: Whole commands over face counts.
-        efforts: Shapes at each preset.
+        efforts: Shapes at each preset, at fixed thresholds.
         machine: What it ran on.
+        searches: The same with thresholds chosen by a model, if there is one.
     """
 
     scaling: Sequence[Scaling]
     processes: Sequence[ProcessRun]
     efforts: Sequence[Effort]
     machine: Mapping[str, str]
+    searches: Sequence[Effort] = ()
 
     def to_record(self) -> dict[str, object]:
         """All numbers as one JSON object."""
@@ -43,16 +45,24 @@ class Bench:
             "scaling": [_scaling_record(stage) for stage in self.scaling],
             "processes": [asdict(run) for run in self.processes],
             "presets": [asdict(effort) for effort in self.efforts],
+            "presets_with_model": [asdict(effort) for effort in self.searches],
         }
 
     def to_text(self) -> str:
         """The tables for a terminal."""
-        tables = (scaling_rows(self.scaling), process_rows(self.processes), effort_rows(mean_efforts(self.efforts)))
+        tables = [scaling_rows(self.scaling), process_rows(self.processes), effort_rows(mean_efforts(self.efforts))]
+        if self.searches:
+            tables.append(effort_rows(mean_efforts(self.searches)))
         return "\n\n".join(text_table(rows) for rows in tables)
 
     def sections(self) -> list[Section]:
         """The parts of the page."""
-        return [_scaling_section(self.scaling), _process_section(self.processes), _effort_section(self.efforts)]
+        fixed = _effort_section("Speed against accuracy", "all families at fixed thresholds", self.efforts)
+        parts = [_scaling_section(self.scaling), _process_section(self.processes), fixed]
+        if self.searches:
+            chosen = "families and thresholds chosen by the model"
+            parts.append(_effort_section("Speed against accuracy with a model", chosen, self.searches))
+        return parts
 
     def write(self, folder: Path) -> None:
         """Write bench.json and bench.html into a folder, which is made if needed."""
@@ -94,21 +104,25 @@ def process_rows(runs: Sequence[ProcessRun]) -> list[list[str]]:
 
 
 def effort_rows(efforts: Sequence[Effort]) -> list[list[str]]:
-    """One row a shape and preset."""
+    """One row a shape and preset; what concerns a model's search only where there was one."""
     head = ["shape", "preset", "ms", f"F1 in {NEAR:g} px", "Chamfer px", "strokes", "SVG kB"]
-    return [head, *(_effort_row(effort) for effort in efforts)]
-
-
-def _effort_row(effort: Effort) -> list[str]:
-    return [
-        effort.shape,
-        effort.preset,
-        _three_digits(1000.0 * effort.seconds),
-        f"{100.0 * effort.f1:.2f}",
-        f"{effort.chamfer:.3f}",
-        str(effort.strokes),
-        _three_digits(effort.kilobytes),
-    ]
+    searched = any(effort.evaluations for effort in efforts)
+    rows = [[*head, *(["drawings scored", "score short by"] if searched else [])]]
+    for effort in efforts:
+        search = [f"{effort.evaluations:.0f}", f"{effort.shortfall:.3g}"] if searched else []
+        rows.append(
+            [
+                effort.shape,
+                effort.preset,
+                _three_digits(1000.0 * effort.seconds),
+                f"{100.0 * effort.f1:.2f}",
+                f"{effort.chamfer:.3f}",
+                f"{effort.strokes:.0f}",
+                _three_digits(effort.kilobytes),
+                *search,
+            ]
+        )
+    return rows
 
 
 def _scaling_section(times: Sequence[Scaling]) -> Section:
@@ -138,13 +152,13 @@ def _process_section(runs: Sequence[ProcessRun]) -> Section:
     return Section("The whole command", blocks)
 
 
-def _effort_section(efforts: Sequence[Effort]) -> Section:
+def _effort_section(title: str, what: str, efforts: Sequence[Effort]) -> Section:
     text = (
-        "From mesh to SVG, all families, at each preset; F1 and Chamfer distance are between its lines and those of "
-        f"the preset '{BEST}'."
+        f"From mesh to SVG at each preset, {what}; F1 and Chamfer distance are between its lines and those of the "
+        f"preset '{BEST}'."
     )
     means = _table(effort_rows(mean_efforts(efforts)))
-    return Section("Speed against accuracy", [Text(text), means, Fold("Each shape", [_table(effort_rows(efforts))])])
+    return Section(title, [Text(text), means, Fold("Each shape", [_table(effort_rows(efforts))])])
 
 
 def _table(rows: Sequence[Sequence[str]]) -> Table:

@@ -2,10 +2,13 @@
 
 import json
 import math
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 
 from eval.bench import Bench, effort_rows, scaling_rows
 from eval.processes import ProcessRun, run_command, write_ply
@@ -17,6 +20,12 @@ from ncmodel.errors import NeuralContoursError
 from ncmodel.geometry.mesh import load_mesh
 from ncmodel.geometry.surface import Surface
 from ncmodel.geometry.view import View
+from ncmodel.model import Model
+from ncmodel.nets.checkpoints import Checkpoint
+from ncmodel.nets.presets import PRESETS as PRESETS_OF_NETWORKS
+from ncmodel.nets.presets import RankingDims
+from ncmodel.nets.ranking import RankingModule
+from ncmodel.optimize import BUDGETS
 
 
 @pytest.mark.parametrize("faces", [1_000, 10_000, 100_000])
@@ -64,10 +73,14 @@ BENCH = Bench(
     efforts=[
         Effort("cow", "draft", 0.01, 0.98, 0.2, 100, 30.0),
         Effort("cow", "accurate", 0.04, 1.0, 0.0, 101, 31.0),
-        Effort("bone", "draft", 0.03, 1.0, 0.4, 11, 10.0),
+        Effort("bone", "draft", 0.03, 1.0, 0.4, 12, 10.0),
         Effort("bone", "accurate", 0.06, 1.0, 0.0, 12, 11.0),
     ],
     machine={"processors": "2"},
+    searches=[
+        Effort("cow", "draft", 0.5, 0.9, 1.0, 50, 20.0, 10, 0.25),
+        Effort("cow", "accurate", 5.0, 1.0, 0.0, 60, 22.0, 800, 0.0),
+    ],
 )
 
 
@@ -98,7 +111,32 @@ def test_the_files_hold_numbers_and_a_page(tmp_path: Path) -> None:
 
 def test_the_text_holds_all_tables() -> None:
     words = BENCH.to_text().split()
-    assert {"curvature", "contours", "accurate"} <= set(words)
+    assert {"curvature", "contours", "accurate", "0.25"} <= set(words)
+    assert "0.25" not in replace(BENCH, searches=()).to_text().split()
+
+
+@pytest.fixture(scope="module")
+def ranker() -> Iterator[Model]:
+    """A small ranking module that hasn't learnt anything."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)  # on a busy machine, threads that wait for each other are many times slower
+    torch.manual_seed(0)
+    preset = replace(PRESETS_OF_NETWORKS["tiny"], ranking=RankingDims(size=32, width=2, blocks=(1, 1)))
+    yield Model(Checkpoint(preset, ranker=RankingModule(preset.ranking)))
+    torch.set_num_threads(threads)
+
+
+def test_a_model_s_drawings_are_compared_with_its_most_thorough_one(
+    ranker: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for number, preset in enumerate(PRESETS):
+        short = replace(BUDGETS[preset], shares=(0.5, 0.0), full_grid=number > 0, climbs=1, iterations=1 + number)
+        monkeypatch.setitem(BUDGETS, preset, short)
+    efforts = measure_presets([bumpy_torus(2_000)], lambda note: None, ranker)
+    best = efforts[-1]
+    assert (best.f1, best.chamfer, best.shortfall) == (1.0, 0.0, 0.0)
+    assert 0 < efforts[0].evaluations < best.evaluations
+    assert effort_rows(efforts)[0][-2:] == ["drawings scored", "score short by"]
 
 
 def test_every_preset_is_compared_with_the_most_accurate_one() -> None:
@@ -114,6 +152,7 @@ def test_every_preset_is_compared_with_the_most_accurate_one() -> None:
         assert effort.chamfer < 0.5
         assert effort.seconds > 0.0
         assert effort.strokes > 10
+        assert effort.evaluations == effort.shortfall == 0
 
 
 def test_a_written_mesh_is_read_back(tmp_path: Path) -> None:

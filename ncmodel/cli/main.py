@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import typer
 from typer.exceptions import TyperException
 
-from ncmodel.cli import crowd, dataset, demo, draw, evaluate, features, train
+from ncmodel.cli import bench, crowd, dataset, demo, draw, evaluate, features, train
 from ncmodel.errors import BatchError, NeuralContoursError
 
 app = typer.Typer(
@@ -24,6 +24,7 @@ evaluate.register(app)
 crowd.register(app)
 train.register(app)
 demo.register(app)
+bench.register(app)
 
 
 @app.callback()
