@@ -39,8 +39,10 @@ def percentile_feature_size(curvatures: Floats, areas: Floats, radius: float) ->
     """
     sizes = np.abs(curvatures).ravel()
     order = np.argsort(sizes, kind="stable")
-    covered = np.cumsum(np.repeat(areas, 2)[order])
-    return _feature_size(float(sizes[order[np.searchsorted(covered, 0.1 * covered[-1])]]), radius)
+    weights = np.repeat(areas, 2)[order]
+    covered = np.cumsum(weights)
+    # Each value stands at the middle of its share, with linear interpolation between.
+    return _feature_size(float(np.interp(0.1 * covered[-1], covered - weights / 2, sizes[order])), radius)
 
 
 def enclosing_radius(points: Floats) -> float:
