@@ -1,9 +1,7 @@
 """Whole `ncontours draw` processes: seconds and memory as a user meets them, start-up included."""
 
-import os
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +16,18 @@ CASES: Mapping[str, str] = {
     "all families": ",".join(LineFamily),
 }
 """What is drawn -> the command's `--lines`."""
+
+LAUNCHER = """
+import os, sys, time
+begin = time.perf_counter()
+process = os.posix_spawn(sys.argv[1], sys.argv[1:], os.environ)
+_, status, usage = os.wait4(process, 0)
+print()
+print(time.perf_counter() - begin, usage.ru_utime + usage.ru_stime, usage.ru_maxrss)
+sys.exit(os.waitstatus_to_exitcode(status))
+"""
+"""Runs a command and prints what it used. A process's peak memory counts that of the one it was forked from, so the
+command must not be a child of the benchmark itself."""
 
 
 @dataclass(frozen=True)
@@ -63,26 +73,15 @@ def run_command(arguments: Sequence[str], case: str, faces: int) -> ProcessRun:
     """Run `ncontours` with some arguments in a process of its own and account for it.
 
     Raises:
-        NeuralContoursError: The command failed; with what it said.
+        NeuralContoursError: The command failed; with the last line of what it said.
     """
-    begin = time.perf_counter()
-    process = subprocess.Popen(
-        [sys.executable, "-m", "ncmodel.cli.main", *arguments],
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    assert process.stderr is not None
-    complaint = process.stderr.read()
-    process.stderr.close()
-    _, status, usage = os.wait4(process.pid, 0)
-    seconds = time.perf_counter() - begin
-    process.returncode = os.waitstatus_to_exitcode(status)
-    if process.returncode != 0:
-        raise NeuralContoursError(
-            f"ncontours {' '.join(arguments)} exited with {process.returncode}: {complaint.strip()}"
-        )
-    return ProcessRun(case, faces, seconds, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024.0)
+    command = [sys.executable, "-m", "ncmodel.cli.main", *arguments]
+    done = subprocess.run([sys.executable, "-S", "-c", LAUNCHER, *command], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        last = done.stderr.strip().rpartition("\n")[2]
+        raise NeuralContoursError(f"ncontours {' '.join(arguments)} exited with {done.returncode}: {last}")
+    seconds, processor_seconds, kilobytes = (float(word) for word in done.stdout.splitlines()[-1].split())
+    return ProcessRun(case, faces, seconds, processor_seconds, kilobytes / 1024.0)
 
 
 def write_ply(path: Path, mesh: Mesh) -> int:
