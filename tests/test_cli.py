@@ -3,9 +3,12 @@
 import json
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+import typer
 
 from ncmodel.cli.main import app, main
 
@@ -29,11 +32,16 @@ TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
 
 
 def _commands() -> set[str]:
-    found = {(command.name or "") for command in app.registered_commands}
-    for group in app.registered_groups:
-        assert group.typer_instance is not None
-        found |= {f"{group.name} {command.name}" for command in group.typer_instance.registered_commands}
-    return found
+    return set(_leaves(typer.main.get_command(app), ""))
+
+
+def _leaves(command: Any, name: str) -> Iterator[str]:
+    children = getattr(command, "commands", None)
+    if children is None:
+        yield name.strip()
+        return
+    for part, child in children.items():
+        yield from _leaves(child, f"{name} {part}")
 
 
 def test_the_commands_that_scripts_call_exist() -> None:

@@ -1,5 +1,6 @@
 """A road of stages: each in a process of its own, measured, recorded, and not run again once its outputs are there."""
 
+import importlib
 import json
 import multiprocessing
 import multiprocessing.connection
@@ -66,9 +67,8 @@ def run_command(argv: tuple[str, ...]) -> None:
     Raises:
         NeuralContoursError: The command complained.
     """
-    from ncmodel.cli.main import run
-
-    status = run(list(argv))
+    # By name: the application imports the commands, one of which imports this module.
+    status = importlib.import_module("ncmodel.cli.main").run(list(argv))
     if status:
         failure = BatchError if status == 1 else NeuralContoursError
         raise failure(f"{argv[0]} ended with status {status}")
