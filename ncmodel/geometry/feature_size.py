@@ -1,8 +1,10 @@
 """The length that makes thresholds dimensionless (geometry-spec 5)."""
 
+import math
 from itertools import combinations
 
 import numpy as np
+from numba import njit
 
 from ncmodel.types import Floats
 
@@ -54,14 +56,25 @@ def enclosing_radius(points: Floats) -> float:
     support = points[:1]
     centre, radius = points[0], 0.0
     while True:
-        distance = np.linalg.norm(points - centre, axis=1)
-        farthest = int(distance.argmax())
-        if distance[farthest] <= radius * (1 + 1e-12):
+        farthest, distance = _farthest(points, centre)
+        if distance <= radius * (1 + 1e-12):
             return radius
         support, centre, grown = _smallest_around(np.concatenate([support, points[farthest : farthest + 1]]))
         if grown <= radius:  # only rounding is left
-            return float(distance[farthest])
+            return distance
         radius = grown
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _farthest(points: Floats, centre: Floats) -> tuple[int, float]:
+    """The point (n, 3) farthest from `centre`, and its distance."""
+    farthest, largest = 0, 0.0
+    for n in range(len(points)):
+        x, y, z = points[n, 0] - centre[0], points[n, 1] - centre[1], points[n, 2] - centre[2]
+        square = x * x + y * y + z * z
+        if square > largest:
+            farthest, largest = n, square
+    return farthest, math.sqrt(largest)
 
 
 def _feature_size(kappa: float, radius: float) -> float:

@@ -20,7 +20,9 @@ def read_obj(data: bytes) -> tuple[Floats, Ints]:
     Raises:
         ValueError: A vertex has fewer than three coordinates, or a face a corner that isn't a vertex's number.
     """
-    text = np.frombuffer(data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ") + b"\n", dtype=np.uint8)
+    if b"\\" in data:
+        data = data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ")  # lines that go on
+    text = np.frombuffer(data + b"\n", dtype=np.uint8)
     coordinates, count, corners, sizes, wrong = _parse(text)
     if wrong:
         line = data.splitlines()[wrong - 1][:60].decode("utf-8", "replace")

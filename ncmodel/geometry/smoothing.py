@@ -71,6 +71,7 @@ def _diffused(rows: Floats, starts: Indices, neighbours: Indices, reach: Floats)
     One search a vertex, in breadth, serves all levels. `rows` (V, 8) hold position, normal, area.
     """
     levels = len(reach)
+    inverse = 1.0 / np.maximum(reach, 1e-300)
     smooth = np.empty((levels, len(rows), 3))
     met_by = np.full(len(rows), -1, dtype=np.int32)
     queue = np.empty(min(MOST_NEIGHBOURS, len(rows)), dtype=np.int32)
@@ -106,7 +107,7 @@ def _diffused(rows: Floats, starts: Indices, neighbours: Indices, reach: Floats)
                 for level in range(levels - 1, -1, -1):
                     if square >= reach[level]:
                         break
-                    share = 1.0 - square / reach[level]
+                    share = 1.0 - square * inverse[level]
                     weight = share * share * cosine * rows[q, 6]
                     total[level, 0] += weight * nx
                     total[level, 1] += weight * ny
