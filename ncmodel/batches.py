@@ -14,7 +14,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from ncmodel.data import DataFolder, Item, Pair
-from ncmodel.nets.presets import BACKGROUND
+from ncmodel.nets.presets import BACKGROUND, Variation
 
 T = TypeVar("T")
 
@@ -96,27 +96,38 @@ def shuffled(values: Sequence[T], rng: np.random.Generator) -> list[T]:
     return [values[index] for index in rng.permutation(len(values))]
 
 
-def vary(batch: Batch, shift: float, rng: np.random.Generator) -> Batch:
-    """Mirror each view half of the time, and move it by up to `shift` of its side, its drawings with it.
+def vary(batch: Batch, variation: Variation, rng: np.random.Generator) -> Batch:
+    """Show each view in another pose on the picture plane, its drawings with it.
 
-    Both leave a drawing as good as it was: the light is at the camera, and the frame has a margin.
+    They stay as good or bad as they were: the light is at the camera, so that shading knows no up or left, and the
+    frame has a margin to move in. With few shapes, this is what keeps a network from learning them by heart.
     """
-    reach = int(shift * batch.maps.shape[-1])
+    reach = int(variation.shift * batch.maps.shape[-1])
     maps, drawings = batch.maps.clone(), batch.drawings.clone()
     for index in range(len(maps)):
-        mirror = bool(rng.random() < 0.5)
-        move = tuple(int(d) for d in rng.integers(-reach, reach + 1, 2))
+        turns, mirrored = int(rng.integers(4)), bool(rng.integers(2))
+        down, right = (int(d) for d in rng.integers(-reach, reach + 1, 2))
+        pose = _Pose(turns if variation.quarter_turns else 0, mirrored and variation.mirror, down, right)
         own = batch.view == index
-        maps[index] = _moved(maps[index], mirror, (move[0], move[1]), BACKGROUND)
-        drawings[own] = _moved(drawings[own], mirror, (move[0], move[1]), 0.0)
+        maps[index] = pose.of(maps[index], BACKGROUND)
+        drawings[own] = pose.of(drawings[own], 0.0)
     return replace(batch, maps=maps, drawings=drawings)
 
 
-def _moved(images: Tensor, mirror: bool, move: tuple[int, int], background: float) -> Tensor:
-    """Images (..., S, S) mirrored left to right and moved by whole pixels (down, right), background coming in."""
-    down, right = move
-    images = images.flip(-1) if mirror else images
-    return functional.pad(images, (right, -right, down, -down), value=background)
+@dataclass(frozen=True)
+class _Pose:
+    """Quarter turns, mirrored left to right or not, then moved by whole pixels."""
+
+    turns: int
+    mirror: bool
+    down: int
+    right: int
+
+    def of(self, images: Tensor, background: float) -> Tensor:
+        """Images (..., S, S) in this pose, `background` coming in where they have moved away."""
+        turned = images.rot90(self.turns, (-2, -1))
+        turned = turned.flip(-1) if self.mirror else turned
+        return functional.pad(turned, (self.right, -self.right, self.down, -self.down), value=background)
 
 
 def shrink(images: Tensor, size: int) -> Tensor:

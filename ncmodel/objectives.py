@@ -69,7 +69,7 @@ class RankerObjective:
 
     def _loss(self, chunk: Sequence[Pair], rng: np.random.Generator) -> Tensor:
         pairs = load_pairs(self.folder, chunk, self.ranker.dims.size)
-        scores = score_batch(self.ranker, vary(pairs.batch, self.preset.shift, rng))
+        scores = score_batch(self.ranker, vary(pairs.batch, self.preset.variation, rng))
         return ranking_loss(scores[pairs.better], scores[pairs.worse])
 
     def validate(self) -> Measures:
@@ -110,7 +110,7 @@ class TranslatorObjective:
 
     def _loss(self, chunk: Sequence[tuple[Item, int]], rng: np.random.Generator) -> Tensor:
         batch = load_batch(self.folder, chunk, self.translator.dims.size)
-        batch = vary(batch, self.preset.shift, rng)
+        batch = vary(batch, self.preset.variation, rng)
         return cross_entropy(self.translator.logits(batch.maps), batch.drawings)
 
     def validate(self) -> Measures:
@@ -150,7 +150,7 @@ class FinetuneObjective:
 
     def _loss(self, chunk: Sequence[Pair], rng: np.random.Generator) -> Tensor:
         loaded = load_pairs(self.ranking.folder, chunk, self.preset.translation.size)
-        pairs = replace(loaded, batch=vary(loaded.batch, self.preset.shift, rng))
+        pairs = replace(loaded, batch=vary(loaded.batch, self.preset.variation, rng))
         losses = finetune_losses(self.ranking.ranker, self.translation.translator, pairs)
         return losses.ranking + losses.merged_ranking + losses.cross_entropy
 

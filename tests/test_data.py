@@ -1,6 +1,7 @@
 """Reading ranking pairs and view folders: what they hold, what it costs, and what is wrong with bad ones."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import torch
 from ncmodel.batches import even_chunks, load_batch, load_pairs, pair_chunks, shrink, vary
 from ncmodel.data import DataFolder, Item, Pair, best_drawings, read_pairs
 from ncmodel.errors import InputError
+from ncmodel.nets.presets import Variation
 from ncmodel.pictures import read_grey
 from tests.training_data import SIDE, make_data
 
@@ -169,18 +171,39 @@ def test_variation_moves_maps_and_drawings_together(data: Path) -> None:
     batch = load_batch(folder, [(item, 0)], SIDE)
     # A drawing that is the depth map itself must stay so, wherever both go.
     batch = replace(batch, drawings=1.0 - batch.maps[:, :1])
-    places = set()
-    for seed in range(6):
-        varied = vary(batch, 0.04, np.random.default_rng(seed))
+    seen = set()
+    for seed in range(40):
+        varied = vary(batch, Variation(quarter_turns=True), np.random.default_rng(seed))
         torch.testing.assert_close(varied.drawings, 1.0 - varied.maps[:, :1])
         torch.testing.assert_close(varied.drawings.sum(), batch.drawings.sum())  # the margin keeps all in frame
-        places.add(tuple(np.argwhere(varied.drawings[0, 0].numpy() > 0.05).min(axis=0).tolist()))
-    assert len(places) >= 5
+        seen.add(varied.drawings.numpy().tobytes())
+    assert len(seen) >= 35
+
+
+@pytest.mark.parametrize(
+    ("variation", "expected"),
+    [
+        (Variation(mirror=True, quarter_turns=True, shift=0), range(8)),
+        (Variation(mirror=True, shift=0), (0, 1)),
+        (Variation(mirror=False, quarter_turns=True, shift=0), (0, 2, 4, 6)),
+        (Variation(mirror=False, shift=0), (0,)),
+    ],
+)
+def test_poses_are_those_that_the_variation_allows(data: Path, variation: Variation, expected: Sequence[int]) -> None:
+    batch = load_batch(DataFolder(data, (32,)), [(Item("s002", "0"), 0)], 32)
+    image = batch.drawings[0, 0]
+    poses = [turned for turns in range(4) for turned in (image.rot90(turns), image.rot90(turns).flip(-1))]
+    counts = [0] * 8
+    for seed in range(80):
+        varied = vary(batch, variation, np.random.default_rng(seed)).drawings[0, 0]
+        (found,) = [number for number, pose in enumerate(poses) if torch.equal(pose, varied)]
+        counts[found] += 1
+    assert [count > 0 for count in counts] == [number in expected for number in range(8)]
 
 
 def test_variation_is_the_seeds(data: Path) -> None:
     batch = load_batch(DataFolder(data, (32,)), [(Item("s002", "0"), 0)], 32)
-    first, again = (vary(batch, 0.04, np.random.default_rng(9)) for _ in range(2))
+    first, again = (vary(batch, Variation(quarter_turns=True), np.random.default_rng(9)) for _ in range(2))
     assert torch.equal(first.maps, again.maps)
     assert torch.equal(first.drawings, again.drawings)
 

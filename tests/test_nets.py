@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from dataclasses import replace
 
 import pytest
 import torch
@@ -119,6 +120,8 @@ def test_impossible_dims_are_refused() -> None:
         TranslationDims(size=100)
     with pytest.raises(ValueError, match="positive"):
         RankingDims(width=0)
+    with pytest.raises(ValueError, match="sizes 256 and 96"):
+        replace(PRESETS["tiny"], ranking=RankingDims(size=96))
 
 
 def test_scoring_with_embedded_maps_equals_one_convolution_over_all_channels() -> None:

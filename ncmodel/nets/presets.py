@@ -6,7 +6,7 @@ stands them.
 """
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any, Self
 
 from ncmodel.errors import UsageError
@@ -74,11 +74,25 @@ class Rates:
 
 
 @dataclass(frozen=True)
+class Variation:
+    """How training views are varied, their drawings with them, each time they are seen.
+
+    Attributes:
+        mirror: Mirror half of them left to right.
+        quarter_turns: Turn them by a random multiple of 90 degrees.
+        shift: Move them by up to this share of their side; cameras leave 0.06 empty.
+    """
+
+    mirror: bool = True
+    quarter_turns: bool = False
+    shift: float = 0.04
+
+
+@dataclass(frozen=True)
 class Preset:
     """A named pair of networks and how they are trained.
 
     Attributes:
-        shift: Training views are shifted by up to this share of their side; cameras leave 0.06 empty.
         averaging: The weights that are judged and kept are an exponential moving average over steps with this decay; 0
             keeps the last ones, as the paper does. Weights trained on few data at high rates jump about from step to
             step; their average generalises better and steadily.
@@ -90,8 +104,13 @@ class Preset:
     ranker: Rates
     translator: Rates
     finetune: Rates
-    shift: float = 0.04
+    variation: Variation = field(default_factory=Variation)
     averaging: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.translation.size % self.ranking.size:
+            # Finetuning averages the image branch's output down to what the ranking module reads.
+            raise ValueError(f"sizes {self.translation.size} and {self.ranking.size}: expected a multiple and its part")
 
     def to_record(self) -> dict[str, Any]:
         """The preset as JSON's own types, for checkpoint headers."""
@@ -109,6 +128,7 @@ class Preset:
         ranking = parts.pop("ranking")
         parts["ranking"] = RankingDims(**{**ranking, "blocks": tuple(ranking["blocks"])})
         parts["translation"] = TranslationDims(**parts.pop("translation"))
+        parts["variation"] = Variation(**parts.pop("variation"))
         for stage in ("ranker", "translator", "finetune"):
             parts[stage] = Rates(**parts.pop(stage))
         return cls(**parts)
@@ -128,19 +148,21 @@ PRESETS = {
         Preset(
             "small",
             TranslationDims(size=384, width=16),
-            RankingDims(size=256, width=16),
-            ranker=Rates(5e-4, batch=32, epochs=20),
+            RankingDims(size=192, width=16),
+            ranker=Rates(1e-3, batch=32, epochs=24),
             translator=Rates(1e-3, batch=2, epochs=12),
             finetune=Rates(1e-4, batch=32, epochs=2),
+            variation=Variation(quarter_turns=True),
             averaging=0.98,
         ),
         Preset(
             "tiny",
             TranslationDims(size=256, width=8),
             RankingDims(size=128, width=8),
-            ranker=Rates(1e-3, batch=32, epochs=20),
+            ranker=Rates(2e-3, batch=32, epochs=24),
             translator=Rates(2e-3, batch=2, epochs=6),
             finetune=Rates(1e-4, batch=32, epochs=1),
+            variation=Variation(quarter_turns=True),
             averaging=0.98,
         ),
     )
