@@ -12,17 +12,23 @@ from ncmodel.types import Image
 CELL = 256
 """Pixels of a drawing's cell; its name gets `CAPTION` more below."""
 CAPTION = 24
+THUMBNAIL_WIDTH = 4.0
+"""Line width, at 768, of drawings that are to be scaled down: thinner lines would turn grey."""
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 
-def contact_sheet(drawings: Sequence[tuple[str, Image]]) -> Pixels:
-    """Drawings (name, ink) in a grid, in their order, about as wide as high."""
+def thumbnail(ink: Image) -> Pixels:
+    """A drawing scaled down to fit a cell."""
+    return shrink(from_ink(ink), CELL)
+
+
+def contact_sheet(drawings: Sequence[tuple[str, Pixels]]) -> Pixels:
+    """Thumbnails with their names in a grid, in their order, about as wide as high."""
     columns = max(1, math.ceil(math.sqrt(len(drawings))))
     rows = max(1, math.ceil(len(drawings) / columns))
     sheet = np.full((rows * (CELL + CAPTION), columns * CELL), 255, dtype=np.uint8)
-    for index, (name, ink) in enumerate(drawings):
+    for index, (name, small) in enumerate(drawings):
         top, left = index // columns * (CELL + CAPTION), index % columns * CELL
-        small = shrink(from_ink(ink), CELL)
         height, width = small.shape
         top_of, left_of = top + (CELL - height) // 2, left + (CELL - width) // 2
         sheet[top_of : top_of + height, left_of : left_of + width] = small

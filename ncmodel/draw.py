@@ -27,11 +27,11 @@ if TYPE_CHECKING:
 
 CREASE_ANGLE = 40.0
 """Degrees between faces above which their edge is drawn as a crease, unless told otherwise."""
-CREASE_EDGES = 6
+CREASE_EDGES = 16
 CREASE_LENGTH = 0.05
 """Connected creases of fewer edges than `CREASE_EDGES`, and shorter than this share of the object, are roughness."""
 SHORTEST_STROKE = 2.5
-"""Strokes of filtered families shorter than this, in pixels at 768, are dots and not drawn."""
+"""Strokes on the smooth surface shorter than this, in pixels at 768, are dots and not drawn."""
 
 
 @dataclass(frozen=True)
@@ -91,10 +91,11 @@ def draw(
     from ncmodel.geometry.sharp import parted
     from ncmodel.geometry.strokes import strokes
     from ncmodel.geometry.view import View
+    from ncmodel.geometry.visibility import MESH_EDGES
 
     detail = _detail(preset, tolerance)
     asked = DEFAULT_FAMILIES if lines is None else tuple(dict.fromkeys(map(_family, lines)))
-    _check(thresholds, crease_angle, model is not None)
+    _check(thresholds, model is not None, azimuth=azimuth, elevation=elevation, crease_angle=crease_angle)
     surface = _surface(shape, up)
     if LineFamily.CREASES in asked and model is None:
         surface = parted(surface, crease_angle)
@@ -109,7 +110,7 @@ def draw(
         segments = visible_segments(view, family, plan, detail.sample_pixels)
         with timed(surface.trace, "strokes"):
             scale = min(camera.width, camera.height) / REFERENCE_SIDE
-            shortest = SHORTEST_STROKE * scale if family in FILTERED_FAMILIES else 0.0
+            shortest = 0.0 if family in MESH_EDGES else SHORTEST_STROKE * scale
             drawn += strokes(segments, camera, detail.tolerance, shortest)
     mesh = surface.mesh
     return Drawing(camera, (*drawn, *plan.strokes), mesh.name, plan, mesh.notes, surface.trace)
@@ -134,15 +135,16 @@ def visible_segments(view: "View", family: LineFamily, plan: Plan, sample_pixels
     return fade(view.unhidden(strong, sample_pixels), threshold, unit, p90)
 
 
-def _check(thresholds: Thresholds | None, crease_angle: float, by_model: bool) -> None:
+def _check(thresholds: Thresholds | None, by_model: bool, crease_angle: float, **angles: float) -> None:
     if thresholds is not None:
         check_thresholds(thresholds)
         if by_model:
-            raise UsageError(
-                "thresholds: found both thresholds and a model, which chooses its own; expected one of them"
-            )
+            raise UsageError("thresholds: found some beside a model, which chooses its own; expected one or the other")
     if not 0.0 < crease_angle < 180.0:
         raise UsageError(f"crease angle: found {crease_angle}, expected degrees between 0 and 180")
+    for name, angle in angles.items():
+        if not math.isfinite(angle):
+            raise UsageError(f"{name}: found {angle}, expected degrees")
 
 
 def _detail(preset: str, tolerance: float | None) -> Detail:

@@ -7,6 +7,7 @@ PNG files are black on white then.
 
 import html
 import itertools
+import re
 import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -85,13 +86,9 @@ def colour(name: str | None) -> tuple[int, int, int] | None:
         return None
     if name in _NAMED:
         return _NAMED[name]
-    digits = name.removeprefix("#")
-    if len(digits) == 6 and name != digits:
-        try:
-            value = int(digits, 16)
-            return value >> 16, value >> 8 & 255, value & 255
-        except ValueError:
-            pass
+    if re.fullmatch("#[0-9a-fA-F]{6}", name):
+        value = int(name[1:], 16)
+        return value >> 16, value >> 8 & 255, value & 255
     raise UsageError(f"--background: found {name!r}, expected #rrggbb, white, black or transparent")
 
 

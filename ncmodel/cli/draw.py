@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ncmodel.cli.common import emit, parse_families, parse_size, parse_thresholds, progress
-from ncmodel.errors import BatchError, NeuralContoursError, UsageError
+from ncmodel.errors import BatchError, InputError, NeuralContoursError, UsageError
 from ncmodel.types import FILTERED_FAMILIES
 
 if TYPE_CHECKING:
@@ -135,7 +135,7 @@ def _draw_file(job: _Job, mesh: Path) -> None:
 
 def _draw_folder(job: _Job, meshes: list[Path]) -> None:
     """Every mesh to a file of its name, and all of them on a contact sheet; failures are told at the end."""
-    from ncmodel.contact_sheet import contact_sheet
+    from ncmodel.contact_sheet import THUMBNAIL_WIDTH, contact_sheet, thumbnail
     from ncmodel.drawing import SUFFIXES
     from ncmodel.pictures import write_png
 
@@ -153,7 +153,7 @@ def _draw_folder(job: _Job, meshes: list[Path]) -> None:
                 failed.append({"mesh": str(mesh), "error": str(error)})
             else:
                 records.append(record)
-                sheet.append((name, drawing.ink(job.style["width"])))
+                sheet.append((name, thumbnail(drawing.ink(THUMBNAIL_WIDTH))))
             advance(mesh.name)
     write_png(job.output / CONTACT_SHEET, contact_sheet(sheet))
     emit({"drawings": records, "failed": failed, "contact_sheet": str(job.output / CONTACT_SHEET)}, job.as_json)
@@ -188,6 +188,9 @@ def _what(lines: str | None, thresholds: str | None) -> dict[str, Any]:
 
 
 def _model(path: Path) -> Any:
+    if not path.is_file():
+        # Told without the seconds that it takes to import the networks.
+        raise InputError(path, "no such file", "a checkpoint")
     from ncmodel.model import load_model
 
     return load_model(path)

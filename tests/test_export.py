@@ -1,0 +1,225 @@
+"""Drawings as files: what SVG, PDF and PNG hold, and that they show the same."""
+
+import itertools
+import re
+import xml.etree.ElementTree as ET
+import zlib
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from ncmodel.errors import UsageError
+from ncmodel.export import OPACITY_STEP, Picture, colour, ink, pdf, png, svg
+from ncmodel.raster import draw_segments
+from ncmodel.types import Floats, Image, Stroke
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def scribbles(count: int = 30, side: float = 200.0, seed: int = 0) -> list[Stroke]:
+    rng = np.random.default_rng(seed)
+    made = []
+    for n in range(count):
+        points = rng.uniform(0.1 * side, 0.9 * side, 2) + np.cumsum(
+            rng.normal(0, 0.05 * side, (rng.integers(2, 12), 2)), 0
+        )
+        alpha = np.ones(len(points)) if n % 3 == 0 else rng.uniform(0.1, 1.0, len(points))
+        made.append(Stroke(("contours", "ridges", "apparent")[n % 3], points, alpha))
+    return made
+
+
+@pytest.fixture
+def picture() -> Picture:
+    return Picture(200, 200, scribbles(), line_width=6.0)
+
+
+def shown(document: str, shape: tuple[int, int]) -> Image:
+    """An SVG of ours, read back and drawn: strokes one over the other, as browsers do; a stroke's pieces abut."""
+    image, stroke = np.zeros(shape, dtype=np.float32), np.zeros(shape, dtype=np.float32)
+    end: list[float] = []
+    for group in ET.fromstring(document).iter(f"{SVG}g"):
+        for path in group.iter(f"{SVG}path"):
+            points = np.array(re.findall(r"-?[\d.]+", path.attrib["d"]), dtype=float).reshape(-1, 2)
+            segments = np.stack([points[:-1], points[1:]], axis=1)
+            cover = draw_segments(segments, np.ones((len(segments), 2)), float(group.attrib["stroke-width"]), shape)
+            cover *= float(path.attrib.get("stroke-opacity", 1))
+            runs_on = path.attrib.get("stroke-linecap") == "butt" and points[0].tolist() == end
+            if not runs_on:
+                image, stroke = 1 - (1 - image) * (1 - stroke), np.zeros_like(stroke)
+            stroke, end = np.maximum(stroke, cover), points[-1].tolist()
+    return 1 - (1 - image) * (1 - stroke)
+
+
+def far(one: Image, other: Image, level: float = 0.5) -> float:
+    """The share of the ink of one that is more than a pixel from the other's."""
+    distance = cv2.distanceTransform((other <= level).astype(np.uint8), cv2.DIST_L2, 5)
+    return float((distance[one > level] > 1.01).mean())
+
+
+def test_svg_is_xml_with_a_group_a_family(picture: Picture) -> None:
+    root = ET.fromstring(svg(picture).encode())
+    assert root.tag == f"{SVG}svg"
+    assert (root.attrib["width"], root.attrib["height"], root.attrib["viewBox"]) == ("200", "200", "0 0 200 200")
+    groups = root.findall(f"{SVG}g")
+    assert [group.attrib["id"] for group in groups] == ["ridges", "apparent", "contours"]
+    widths = [float(group.attrib["stroke-width"]) for group in groups]
+    np.testing.assert_allclose(widths, np.array([4.8, 6.0, 6.0]) * 200 / 768, rtol=1e-3)
+    assert {path.attrib.get("stroke-opacity") for path in groups[2]} == {None}
+    assert all(re.fullmatch(r"M-?[\d.]+ -?[\d.]+( -?[\d.]+ -?[\d.]+)+", path.attrib["d"]) for g in groups for path in g)
+
+
+def test_svg_shows_what_the_png_shows(picture: Picture) -> None:
+    vector, raster = shown(svg(picture), (200, 200)), ink(picture)
+    for level in (0.25, 0.5):
+        assert far(raster, vector, level) < 0.01
+        assert far(vector, raster, level) < 0.03  # opacities add up where lines cross
+
+
+def test_a_lone_taper_has_the_same_ink() -> None:
+    points = np.linspace([10.0, 20.0], [190.0, 150.0], 4)
+    taper = Picture(200, 200, [Stroke("suggestive", points, np.array([0.0, 0.9, 1.0, 0.3]))], line_width=10.0)
+    vector, raster = shown(svg(taper), (200, 200)), ink(taper)
+    assert vector.sum() == pytest.approx(raster.sum(), rel=0.03)
+    levels = {float(x) for x in re.findall(r'stroke-opacity="([\d.]+)"', svg(taper))}
+    assert len(levels) >= 0.9 / OPACITY_STEP - 2
+    assert all(level / OPACITY_STEP == round(level / OPACITY_STEP) for level in levels)
+
+
+def test_pieces_of_a_taper_run_on_from_each_other() -> None:
+    rng = np.random.default_rng(1)
+    points, alpha = np.cumsum(rng.normal(0, 9, (40, 2)), axis=0) + 100, rng.uniform(0.2, 1.0, 40)
+    document = svg(Picture(200, 200, [Stroke("ridges", points, alpha)]))
+    paths = [np.array(d.split(), dtype=float).reshape(-1, 2) for d in re.findall(r'd="M([^"]+)"', document)]
+    for one, following in itertools.pairwise(paths):
+        np.testing.assert_array_equal(one[-1], following[0])
+    length = sum(np.linalg.norm(np.diff(path, axis=0), axis=1).sum() for path in paths)
+    assert length == pytest.approx(np.linalg.norm(np.diff(points, axis=0), axis=1).sum(), rel=1e-3)
+
+
+def test_invisible_parts_leave_a_gap() -> None:
+    line = Stroke("ridges", np.array([[0.0, 5.0], [50.0, 5.0], [100.0, 5.0]]), np.array([1.0, 0.0, 1.0]))
+    document = svg(Picture(100, 10, [line]))
+    ends = [[float(x) for x in d.split()] for d in re.findall(r'd="M([^"]+)"', document)]
+    covered = np.array([[e[0], e[-2]] for e in ends])
+    assert not ((covered[:, 0] < 50) & (covered[:, 1] > 50)).any()
+    assert svg(Picture(100, 10, [Stroke("ridges", line.points, np.zeros(3))])).count("<path") == 0
+
+
+@pytest.mark.parametrize("title", ['<cow> & "bull"', "a\x00b\x1bc", "Kuh \N{COW}", "]]>", "-->"])
+def test_any_name_makes_valid_files(title: str) -> None:
+    page = Picture(20, 20, scribbles(3, 20.0), title=title)
+    found = ET.fromstring(svg(page).encode()).find(f"{SVG}title")
+    assert found is not None
+    assert found.text is not None
+    assert found.text.isprintable()
+    assert pdf(page).startswith(b"%PDF-1.5")
+
+
+@pytest.mark.parametrize("strokes", [[], [Stroke("image", np.array([[1.0, 1.0], [5.0, 5.0]]), np.ones(2))]])
+def test_empty_and_unknown_families(strokes: list[Stroke]) -> None:
+    page = Picture(1, 1, strokes)
+    assert len(ET.fromstring(svg(page)).findall(f"{SVG}g")) == len(strokes)
+    assert ink(page).shape == (1, 1)
+    assert pdf(page)
+    assert png(page)
+
+
+def objects_of(data: bytes) -> dict[int, bytes]:
+    """A PDF's objects, found through its cross-reference table."""
+    start = int(re.findall(rb"startxref\n(\d+)\n%%EOF", data)[-1])
+    assert data[start : start + 4] == b"xref"
+    count = int(data[start:].split(b"\n")[1].split()[1])
+    rows = data[start:].split(b"\n")[2 : 2 + count]
+    assert all(len(row) == 19 for row in rows)
+    offsets = [int(row[:10]) for row in rows]
+    for number, offset in enumerate(offsets[1:], 1):
+        assert data[offset:].startswith(b"%d 0 obj\n" % number)
+    return {number: data[offset : data.index(b"\nendobj", offset)] for number, offset in enumerate(offsets) if number}
+
+
+def test_pdf_holds_the_same_paths(picture: Picture) -> None:
+    found = objects_of(pdf(picture))
+    content = zlib.decompress(found[4].split(b"stream\n", 1)[1].rsplit(b"\nendstream", 1)[0]).decode()
+    assert (
+        f"/Length {len(found[4].split(b'stream' + bytes([10]), 1)[1].rsplit(bytes([10]) + b'endstream', 1)[0])}"
+        in found[4].decode("latin-1")
+    )
+    assert b"/MediaBox [0 0 150 150]" in found[3]
+    drawn = [np.array(re.findall(r"-?[\d.]+", p), dtype=float) for p in re.findall(r"J ([^J]+) S", content)]
+    paths = [np.array(re.findall(r"-?[\d.]+", d), dtype=float) for d in re.findall(r' d="M([^"]+)"', svg(picture))]
+    assert len(drawn) == len(paths) > 50
+    for one, other in zip(drawn, paths, strict=True):
+        np.testing.assert_array_equal(one, other)
+    for state in set(re.findall(r"/A([\d.]+) gs", content)):
+        assert f"/A{state} <</CA {state}>>" in found[3].decode()
+    names = [found[n].split(b"(")[1].split(b")")[0] for n in range(6, 9)]
+    assert names == [b"ridges", b"apparent", b"contours"]
+    assert content.count("BDC") == content.count("EMC") == 3
+
+
+def decoded(picture: Picture) -> Floats:
+    return np.asarray(cv2.imdecode(np.frombuffer(png(picture), np.uint8), cv2.IMREAD_UNCHANGED), dtype=np.float64)
+
+
+def test_png_is_black_on_white_coloured_or_transparent(picture: Picture) -> None:
+    cover = ink(picture)
+    np.testing.assert_allclose(decoded(picture), 255 * (1 - cover), atol=0.51)
+    grey = decoded(Picture(200, 200, picture.strokes, 6.0, "#808080"))
+    np.testing.assert_allclose(grey, 128 * (1 - cover), atol=0.51)
+    red = decoded(Picture(200, 200, picture.strokes, 6.0, "#ff8000"))
+    np.testing.assert_allclose(red, (1 - cover)[..., None] * [0, 128, 255], atol=0.51)
+    clear = decoded(Picture(200, 200, picture.strokes, 6.0, "transparent"))
+    np.testing.assert_allclose(clear[..., 3], 255 * cover, atol=0.51)
+    assert (clear[..., :3] == 0).all()
+
+
+def test_backgrounds_in_vector_files(picture: Picture) -> None:
+    assert "<rect" not in svg(picture)
+    assert '<rect width="100%" height="100%" fill="#ffeedd"/>' in svg(Picture(9, 9, (), background="#FFEEDD"))
+    content = objects_of(pdf(Picture(9, 8, (), background="white")))[4].split(b"stream\n", 1)[1].rsplit(b"\nend", 1)[0]
+    assert b"1 1 1 rg 0 0 9 8 re f" in zlib.decompress(content)
+
+
+def test_lines_grow_with_the_picture() -> None:
+    assert Picture(768, 900, ()).width_of("contours") == 2.5
+    assert Picture(768, 900, ()).width_of("valleys") == 2.0
+    assert Picture(1536, 3000, (), 1.0).width_of("suggestive") == 2.0
+
+
+@pytest.mark.parametrize("name", ["", "#12345", "#12345g", "123456", "pink", "#-12345"])
+def test_wrong_colours(name: str) -> None:
+    with pytest.raises(UsageError, match="--background: found"):
+        colour(name)
+
+
+@pytest.mark.parametrize("width", [0.0, -1.0, float("nan"), float("inf")])
+def test_wrong_widths(width: float) -> None:
+    with pytest.raises(UsageError, match="--width: found"):
+        Picture(10, 10, (), width)
+
+
+def test_same_strokes_same_bytes(picture: Picture) -> None:
+    again = Picture(200, 200, scribbles(), line_width=6.0)
+    assert (svg(picture), pdf(picture), png(picture)) == (svg(again), pdf(again), png(again))
+
+
+@pytest.mark.browser
+def test_browser_shows_what_the_png_shows(picture: Picture, tmp_path: Path) -> None:
+    from playwright.sync_api import sync_playwright
+
+    (tmp_path / "p.svg").write_text(svg(picture), encoding="utf-8")
+    with sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 200, "height": 200})
+        page.goto((tmp_path / "p.svg").as_uri())
+        page.screenshot(path=str(tmp_path / "p.png"))
+        browser.close()
+    grey = cv2.imread(str(tmp_path / "p.png"), cv2.IMREAD_GRAYSCALE)
+    seen: Image = (1 - np.asarray(grey, dtype=np.float32) / 255).astype(np.float32)
+    raster = ink(picture)
+    for level in (0.25, 0.5):
+        assert far(raster, seen, level) < 0.01
+        assert far(seen, raster, level) < 0.03
+    assert np.abs(seen - shown(svg(picture), (200, 200))).mean() < 0.005
