@@ -38,7 +38,7 @@
     spent = saved.spent || {};
     questions.forEach(function (page) {
       page.querySelectorAll("input").forEach(function (input) {
-        if ((saved.answers || {})[field(page)] === input.value && !answered(page)) input.checked = true;
+        if ((saved.answers || {})[field(page)] === input.value) input.checked = true;
       });
     });
     return Math.min(Math.max(saved.at | 0, 0), pages.length - 1);

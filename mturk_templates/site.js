@@ -33,4 +33,9 @@
     if (!event.defaultPrevented) { waiting = {}; busy = true; }
   });
   root.addEventListener("nc-answer", function (event) { waiting[event.detail.field] = event.detail; next(); });
+  /* What was answered before a reload and hadn't reached the server then. */
+  root.querySelectorAll("input[type=radio]:checked").forEach(function (input) {
+    if (!input.defaultChecked) waiting[input.name] = { field: input.name, value: input.value, seconds: 0 };
+  });
+  next();
 })();
