@@ -12,24 +12,17 @@ SMALLEST_FEATURE = 1e-6
 gradient -1/feature stays a number that sums can hold."""
 
 
-def fade(feature: Tensor, threshold: Tensor) -> Tensor:
-    """max(1 - t/feature, 0): the common factor of equations 1-4.
-
-    At t = 0 it's 1 for every feature: all lines are kept. From t = `SMALLEST_FEATURE` on it's 0 where the feature isn't
-    positive. The gradient is that of the formula where the factor is above 0, else 0, and finite everywhere.
-
-    Args:
-        feature: The quantity that the threshold is compared with, in units of its 90th percentile.
-        threshold: t >= 0, broadcast against `feature`.
-    """
-    return torch.relu(1.0 - threshold / feature.clamp(min=SMALLEST_FEATURE))
-
-
 def line_drawing(lines: Tensor, features: Tensor, always: Tensor, thresholds: Tensor) -> Tensor:
-    """I_G(t) of equation 5, for one or many t.
+    """I_G(t) = max(I_S(t_S), I_R(t_R), I_V(t_V), I_A(t_A), I_C, I_B) of equation 5, for one or many t.
+
+    Equations 1-4 are the same for every family: S(x) max(1 - t/Dk(x), 0). As I_C and I_B are never negative, it makes
+    no difference to the largest of all if that is S(x) - t S(x)/Dk(x), whose second part is the same for all t.
+
+    At t = 0 all lines are there, whatever their features; from t = `SMALLEST_FEATURE` on none is where the feature
+    isn't positive. Gradients are finite everywhere.
 
     Args:
-        lines: (4, P) ink of suggestive contours S, ridges R, valleys V and apparent ridges A, unfiltered.
+        lines: (4, P) ink in [0, 1] of suggestive contours S, ridges R, valleys V and apparent ridges A, unfiltered.
         features: (4, P) Dk, k1, k2 (valleys: positive where concave) and k_t, in units of their 90th percentiles.
         always: (P,) ink of what no threshold filters: the larger of contours I_C and boundaries I_B.
         thresholds: (B, 4) t = (t_S, t_R, t_V, t_A), each at least 0.
@@ -45,5 +38,8 @@ def line_drawing(lines: Tensor, features: Tensor, always: Tensor, thresholds: Te
         raise ValueError(f"lines, features and always have shapes {shapes}, expected (4, P), (4, P) and (P,)")
     if thresholds.ndim != 2 or thresholds.shape[1] != 4:
         raise ValueError(f"thresholds have shape {tuple(thresholds.shape)}, expected (B, 4)")
-    filtered = lines * fade(features, thresholds[:, :, None])
-    return torch.maximum(filtered.amax(dim=1), always)
+    drawn = always.expand(len(thresholds), -1)
+    for line, feature, t in zip(lines, features, thresholds.T, strict=True):
+        steepness = line / feature.clamp(min=SMALLEST_FEATURE)
+        drawn = torch.maximum(drawn, torch.addcmul(line, t[:, None], steepness, value=-1))
+    return drawn

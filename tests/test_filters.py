@@ -7,7 +7,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from ncmodel.filters import SMALLEST_FEATURE, fade, line_drawing
+from ncmodel.filters import SMALLEST_FEATURE, line_drawing
 
 PIXELS = 12
 
@@ -66,11 +66,18 @@ def test_gradient_in_the_thresholds_is_that_of_finite_differences() -> None:
     assert torch.autograd.gradcheck(lambda x: line_drawing(lines, features, always, x), (t,))
 
 
-def test_gradient_at_threshold_zero_is_minus_one_over_the_feature() -> None:
-    feature = torch.tensor([0.5, 2.0], dtype=torch.float64)
-    t = torch.zeros(2, dtype=torch.float64, requires_grad=True)
-    (gradient,) = torch.autograd.grad(fade(feature, t).sum(), t)
-    assert gradient.tolist() == [-2.0, -0.5]
+def one_family(feature: float, t: Tensor) -> Tensor:
+    """I_S(t) at one pixel of full ink."""
+    lines, features = torch.zeros(4, 1, dtype=t.dtype), torch.ones(4, 1, dtype=t.dtype)
+    lines[0], features[0] = 1.0, feature
+    return line_drawing(lines, features, torch.zeros(1, dtype=t.dtype), t.expand(1, 4))[0, 0]
+
+
+@pytest.mark.parametrize("feature", [0.5, 2.0])
+def test_gradient_at_threshold_zero_is_minus_one_over_the_feature(feature: float) -> None:
+    t = torch.zeros(1, dtype=torch.float64, requires_grad=True)
+    (gradient,) = torch.autograd.grad(one_family(feature, t), t)
+    assert gradient.item() == -1 / feature
 
 
 @pytest.mark.parametrize("feature", [0.0, -1.0, 1e-45, -1e30, 1e30, math.inf])
@@ -90,9 +97,9 @@ def test_extremes_give_numbers_with_gradients_that_are_numbers(feature: float, t
 
 
 def test_features_below_the_smallest_count_as_the_smallest() -> None:
-    t = torch.tensor(SMALLEST_FEATURE / 4, dtype=torch.float64)
-    assert fade(torch.tensor(0.0, dtype=torch.float64), t).item() == pytest.approx(0.75)
-    assert fade(torch.tensor(0.0), torch.tensor(SMALLEST_FEATURE)).item() == 0.0
+    quarter = torch.tensor([SMALLEST_FEATURE / 4], dtype=torch.float64)
+    assert one_family(0.0, quarter).item() == pytest.approx(0.75)
+    assert one_family(0.0, 4 * quarter).item() == pytest.approx(0.0, abs=1e-15)
 
 
 def test_no_lines_at_all() -> None:
