@@ -84,6 +84,7 @@ def stages(surface: Surface, view: View) -> dict[str, Callable[[], object]]:
         "curvature": lambda: surface.curvature,
         "derivative": lambda: surface.dcurv,
         "feature size": lambda: surface.feature_size,
+        "corners by vertex": lambda: surface.rings,
         "per view": lambda: (view.n_dot_v, view.kr, view.sc_num, view.q1, view.dt1q1),
         "extraction": lambda: [view.lines(family) for family in EXTRACTED],
         "rays": lambda: view.buffers,
