@@ -90,6 +90,16 @@ def test_two_sided_sheets_keep_a_normal_a_side() -> None:
     np.testing.assert_allclose(facing[len(sheet[1]) :], -1.0)
 
 
+def test_two_sided_sheets_have_creases_at_bends_and_borders_only() -> None:
+    vertices, faces = analytic.plane(4)
+    bent = vertices * [1, 1, 0] + np.abs(vertices[:, :1]) * [0, 0, 2]
+    both = surface((bent, np.concatenate([faces, faces[:, ::-1]])))
+    found = both.mesh.vertices[both.creases(40.0).ends]
+    on_bend = (np.abs(found[..., 0]) < 1e-9).all(axis=1)
+    on_border = (np.isclose(np.abs(found[..., :2]), 0.5).all(axis=1)).any(axis=1)
+    assert (on_bend.sum(), on_border.sum(), len(found)) == (4, 16, 20)
+
+
 def test_parts_do_not_depend_on_the_order_of_faces() -> None:
     geometry = joined(can(), analytic.cube())
     order = np.random.default_rng(0).permutation(len(geometry[1]))

@@ -118,10 +118,21 @@ def _sharp(vertices: Floats, starts: Indices, around: Indices, least_cosine: flo
                 extra = far == following or arriving[far] != n
                 if far <= v or not extra or done[far] == v or min(a, b) < begin:
                     continue
+                if around[a, 1] == around[b, 0] and _sides_between(around, begin, end, far) > 2:
+                    continue  # a face and its copy turned over bend nowhere but at the sheet's border
                 if _cosine_between(vertices, v, far, around[a, 1], around[b, 0]) < least_cosine:
                     vertex[size], corner[size], done[far] = v, a, v
                     size += 1
     return vertex[:size].copy(), corner[:size].copy()
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _sides_between(around: Indices, begin: int, end: int, far: int) -> int:
+    """How many sides run between the vertex of ring corners [begin, end) and `far`."""
+    count = 0
+    for n in range(begin, end):
+        count += int(around[n, 0] == far) + int(around[n, 1] == far)
+    return count
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
