@@ -9,7 +9,10 @@ from tests import analytic
 
 
 def brute_force(vertices: Floats, faces: Ints, angle: float) -> tuple[set[tuple[int, int]], set[frozenset[int]]]:
-    """Directed sides without a twin, and edges with a pair of twins whose faces bend by more than `angle` degrees."""
+    """Directed sides without a twin, and edges with a pair of twins whose faces bend by more than `angle` degrees.
+
+    A face and its copy turned over, back to back, are no such pair unless they are alone at the edge.
+    """
     sides = [(int(f[c]), int(f[(c + 1) % 3]), n) for n, f in enumerate(faces) for c in range(3)]
     normals = np.cross(vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
@@ -18,7 +21,9 @@ def brute_force(vertices: Floats, faces: Ints, angle: float) -> tuple[set[tuple[
         twins = [g for a, b, g in sides if (a, b) == (j, i)]
         if not twins:
             boundary.add((i, j))
-        if any(normals[f] @ normals[g] < np.cos(np.radians(angle)) for g in twins):
+        alone = sum({a, b} == {i, j} for a, b, _ in sides) == 2
+        pairs = [g for g in twins if alone or set(faces[f]) != set(faces[g])]
+        if any(normals[f] @ normals[g] < np.cos(np.radians(angle)) for g in pairs):
             sharp.add(frozenset((i, j)))
     return boundary, sharp
 
