@@ -1,0 +1,83 @@
+"""How much drawings of one surface depend on its mesh: three tessellations, mutual F1 within 2 pixels.
+
+Run by command for the table: pytest -m slow -s tests/test_retessellation.py
+"""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+from eval.metrics import Lines, compare_lines
+from eval.raster import thin_lines
+from ncmodel.camera import Camera
+from ncmodel.draw import draw
+from ncmodel.geometry.surface import Surface
+from ncmodel.types import Floats, Ints, LineFamily, Mesh, Thresholds
+from tests import analytic
+
+THRESHOLDS = Thresholds(suggestive=0.005, ridges=0.04, valleys=0.04, apparent=0.02)
+"""Low enough that every family has lines on this surface."""
+
+LEAST_F1 = {
+    LineFamily.CONTOURS: 0.92,
+    LineFamily.SUGGESTIVE: 0.5,
+    LineFamily.RIDGES: 0.4,
+    LineFamily.VALLEYS: 0.3,
+    LineFamily.APPARENT: 0.55,
+}
+"""Somewhat below what is measured."""
+
+
+def lumpy(directions: Floats) -> Floats:
+    """Points of a star-shaped surface with bumps and dents."""
+    x, y, z = directions.T
+    waves = np.sin(4 * x + 1) * np.cos(5 * y) + np.sin(5 * z + 2 * x) + np.cos(6 * y + 2 * z)
+    return np.asarray(directions * (0.45 + 0.075 * np.tanh(1.5 * waves))[:, None])
+
+
+def random_sphere(count: int) -> tuple[Floats, Ints]:
+    """The Delaunay triangulation of random points on the unit sphere."""
+    directions = np.random.default_rng(0).normal(size=(count, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    faces = ConvexHull(directions).simplices.astype(np.int64)
+    corners = directions[faces]
+    inwards = np.einsum("ij,ij->i", np.cross(corners[:, 0], corners[:, 1]), corners[:, 2]) < 0
+    faces[inwards] = faces[inwards][:, ::-1]
+    return directions, faces
+
+
+def tessellations() -> dict[str, Mesh]:
+    """About 10000 vertices each."""
+    spheres = {
+        "uniform": analytic.icosphere(5),
+        "anisotropic": analytic.sphere(200, 52),
+        "random": random_sphere(10242),
+    }
+    return {name: Mesh(lumpy(vertices), faces) for name, (vertices, faces) in spheres.items()}
+
+
+def table(robust: bool) -> dict[LineFamily, dict[str, float]]:
+    """F1 between drawings of each pair of meshes, by family; with the percentile feature size if `robust`."""
+    surfaces = {name: Surface(mesh) for name, mesh in tessellations().items()}
+    if robust:
+        for surface in surfaces.values():
+            surface.__dict__["feature_size"] = surface.percentile_feature_size
+    camera = Camera.orbit(surfaces["uniform"].mesh.vertices)
+    result: dict[LineFamily, dict[str, float]] = {}
+    for family in LEAST_F1:
+        drawn = {
+            n: Lines.of(thin_lines(draw(s, camera, [family], THRESHOLDS).ink(1.5), 0.3)) for n, s in surfaces.items()
+        }
+        result[family] = {f"{a}-{b}": compare_lines(drawn[a], drawn[b], 2.0).f1 for a, b in combinations(drawn, 2)}
+    return result
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("robust", [False, True], ids=["sampled size", "percentile size"])
+def test_drawings_of_one_surface_agree(robust: bool) -> None:
+    for family, scores in table(robust).items():
+        row = "  ".join(f"{pair} {score:.3f}" for pair, score in scores.items())
+        print(f"{'percentile' if robust else 'sampled':10} {family:10} {row}")  # noqa: T201
+        assert min(scores.values()) > LEAST_F1[family]
