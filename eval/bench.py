@@ -176,7 +176,7 @@ def _scaling_record(time: Scaling) -> dict[str, object]:
 
 
 def _faces(count: int) -> str:
-    return f"{count / 1e6:.3g}M" if count >= 950_000 else f"{count / 1e3:.3g}k"
+    return f"{count / 1e6:.3g}M" if count >= 950_000 else f"{count / 1e3:.0f}k"
 
 
 def _three_digits(value: float) -> str:

@@ -13,6 +13,12 @@ if TYPE_CHECKING:
 PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8a8a8a")
 """Okabe and Ito's colours, told apart with any colour vision, readable on white and on dark."""
 
+MARKERS = "o^sD"
+"""Where there are more lines than colours, those of the second lap have other markers."""
+
+LEGEND_INSIDE = 5
+"""A legend of more entries stands beside the plot."""
+
 _TEXT = "#010203"
 """Stands for the page's text colour while matplotlib draws; no line of a plot may use it."""
 
@@ -107,10 +113,13 @@ def line_plot(
 
     def draw(axes: "Axes") -> None:
         for number, line in enumerate(series):
-            _draw_series(axes, line, PALETTE[number % len(PALETTE)])
-        axes.set(xscale=x.scale, yscale=y.scale)
+            _draw_series(axes, line, number)
+        for axis, scale in ((axes.xaxis, x.scale), (axes.yaxis, y.scale)):
+            if scale == "log":
+                axes.set(**{f"{axis.axis_name}scale": "log"})
+                axis.set_major_formatter(lambda value, _: short_number(value))
         if any(line.name for line in series):
-            axes.legend(frameon=False, labelcolor=_TEXT)
+            _add_legend(axes, len(series))
 
     names = ", ".join(line.name for line in series if line.name)
     return _plot(draw, x.label, y.label, caption, size, f"{y.label} over {x.label}: {names}")
@@ -142,14 +151,31 @@ def bar_plot(
     return _plot(draw, "", y_label, caption, size, f"{y_label}: {pairs}")
 
 
-def _draw_series(axes: "Axes", series: Series, colour: str) -> None:
+def short_number(value: float) -> str:
+    """A number for an axis: 0.1, 20, 10k, 3M."""
+    for scale, letter in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
+        if abs(value) >= scale:
+            return f"{value / scale:g}{letter}"
+    return f"{value:g}"
+
+
+def _add_legend(axes: "Axes", entries: int) -> None:
+    """Among the lines while there are few, beside the plot when they would hide them."""
+    if entries <= LEGEND_INSIDE:
+        axes.legend(frameon=False, labelcolor=_TEXT)
+    else:
+        axes.legend(frameon=False, labelcolor=_TEXT, loc="center left", bbox_to_anchor=(1.01, 0.5))
+
+
+def _draw_series(axes: "Axes", series: Series, number: int) -> None:
+    colour, lap = PALETTE[number % len(PALETTE)], number // len(PALETTE)
     axes.plot(
         series.x,
         series.y,
         color=colour,
         label=series.name or None,
         linestyle="" if series.style == "points" else "--" if series.dashed else "-",
-        marker="" if series.style == "line" else "o",
+        marker="" if series.style == "line" else MARKERS[lap % len(MARKERS)],
         markersize=4,
         linewidth=1.6,
     )

@@ -15,6 +15,7 @@ from eval.processes import ProcessRun, run_command, write_ply
 from eval.scaling import CLASSIC, EXTRACTED, Scaling, bumpy_torus, measure_scaling, stages
 from eval.tradeoff import Effort, mean_efforts, measure_presets
 from ncmodel.camera import Camera
+from ncmodel.cli.main import main
 from ncmodel.draw import PRESETS
 from ncmodel.errors import NeuralContoursError
 from ncmodel.geometry.mesh import load_mesh
@@ -172,3 +173,28 @@ def test_a_process_is_accounted_for() -> None:
 def test_a_failing_process_says_why() -> None:
     with pytest.raises(NeuralContoursError, match=r"exited with 2: ncontours: .*no-such-command"):
         run_command(["no-such-command"], "x", 0)
+
+
+def test_the_command_measures_and_reports(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("eval.scaling.SIZES", (1_000,))
+    monkeypatch.setattr("eval.processes.CASES", {"contours": "contours"})
+    write_ply(tmp_path / "torus.ply", bumpy_torus(2_000))
+    assert main(["bench", str(tmp_path / "torus.ply"), "-o", str(tmp_path / "out"), "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record == json.loads((tmp_path / "out" / "bench.json").read_text())
+    assert [run["case"] for run in record["processes"]] == ["contours"]
+    assert {effort["shape"] for effort in record["presets"]} == {"torus"}
+    assert (tmp_path / "out" / "bench.html").is_file()
+
+
+@pytest.mark.parametrize("options", [["missing.ply"], ["--model", "missing.safetensors"]])
+def test_what_is_missing_is_said_before_anything_is_measured(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str]
+) -> None:
+    assert main(["bench", *options, "-o", str(tmp_path / "out")]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("ncontours: missing.")
+    assert error.count("\n") == 1
+    assert not (tmp_path / "out").exists()

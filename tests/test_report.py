@@ -11,7 +11,7 @@ import pytest
 
 from ncmodel.errors import InputError
 from ncmodel.pictures import Tile, contact_sheet, data_uri, from_brightness, from_ink, png_bytes, read_grey, shrink
-from ncmodel.plots import Axis, Plot, Series, bar_plot, line_plot
+from ncmodel.plots import PALETTE, Axis, Plot, Series, bar_plot, line_plot, short_number
 from ncmodel.report import Block, Cell, Facts, Fold, Grid, Section, Table, Text, render, write_report
 
 EVIL = '<script src="https://example.org/x.js">&\'"'
@@ -112,6 +112,23 @@ def test_a_plot_is_an_xml_element_in_the_text_colour_of_the_page() -> None:
 
 def test_dollar_signs_in_a_label_are_letters() -> None:
     assert "$0.02" in bar_plot(["$0.02 and $x^2$"], [1.0]).svg
+
+
+def test_log_axes_are_labelled_with_short_numbers() -> None:
+    sizes = [10.0**power for power in range(-1, 8)]
+    svg = line_plot([Series("a", sizes, sizes)], Axis("x", "log"), Axis("y", "log")).svg
+    labels = {text for text in re.findall(r">\s*([^<>]+?)\s*</text>", svg)}
+    assert {"0.1", "100k", "10M"} <= labels
+    assert "mathdefault" not in svg
+    assert [short_number(value) for value in (0.1, 20, 1e3, 3e6, -2e9)] == ["0.1", "20", "1k", "3M", "-2G"]
+
+
+def test_many_lines_stay_apart() -> None:
+    series = [Series(f"line {n}", [0, 1], [n, n + 1], style="line+points") for n in range(2 * len(PALETTE))]
+    svg = line_plot(series).svg
+    assert all(f"line {n}" in svg for n in range(len(series)))
+    strokes = re.findall(r'xlink:href="#[^"]+" x="[^"]+" y="[^"]+" style="fill: (#[0-9a-f]+)', svg)
+    assert set(strokes) == set(PALETTE)
 
 
 def test_mismatched_lengths_are_refused() -> None:
