@@ -305,3 +305,13 @@ def test_real_files(bundled: Path) -> None:
         mesh = load_mesh(bundled / name)
         assert count is None or len(mesh.faces) == count
         assert np.ptp(mesh.vertices, axis=0).max() == pytest.approx(1, rel=1e-9)
+
+
+def test_loose_triangles_are_welded_in_any_format(tmp_path: Path) -> None:
+    vertices, faces = analytic.icosphere(1)
+    rows = [f"v {x} {y} {z}" for x, y, z in vertices[faces].reshape(-1, 3).tolist()]
+    rows += [f"f {3 * n + 1} {3 * n + 2} {3 * n + 3}" for n in range(len(faces))]
+    (tmp_path / "loose.obj").write_text("\n".join(rows), encoding="utf-8")
+    mesh = load_mesh(tmp_path / "loose.obj")
+    assert len(mesh.vertices) == len(vertices)
+    assert mesh.notes == (f"welded {3 * len(faces)} vertices to {len(vertices)} at exactly equal positions",)

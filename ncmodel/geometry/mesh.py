@@ -1,7 +1,7 @@
 """Mesh files and arrays -> `Mesh` in object space.
 
-Vertex and face order are those of the file; nothing is repaired. Formats that can't share a vertex between faces or
-between attributes (STL, glTF) are welded at exactly equal positions, because a surface in loose triangles has no lines.
+Vertex and face order are those of the file; nothing is repaired. Loose triangles, and formats that can't share a vertex
+between faces or between attributes (STL, glTF), are welded at exactly equal positions: they would have no lines.
 """
 
 from collections.abc import Callable
@@ -18,6 +18,8 @@ SUFFIXES = readers.SUFFIXES
 """The file formats read."""
 
 _WELDED_SUFFIXES = (".stl", ".gltf", ".glb")
+_LOOSE = 1.5
+"""A mesh with more vertices a face than this is in loose triangles, whatever its format; surfaces have about half."""
 _ALREADY_NORMALISED = 1e-6
 """Relative: a mesh this close to normalised is left as it is, so that numbers survive a round trip in float32."""
 
@@ -43,10 +45,11 @@ def load_mesh(path: str | Path, up: str = "y") -> Mesh:
     if len(faces) == 0:
         vertices, faces = _surface_through(vertices, path)
         notes.append(f"reconstructed {len(faces)} faces from points (screened Poisson)")
-    if suffix in _WELDED_SUFFIXES:
+    if suffix in _WELDED_SUFFIXES or len(vertices) > _LOOSE * len(faces):
         before = len(vertices)
         vertices, faces = weld(vertices, faces)
-        notes.append(f"welded {before} vertices to {len(vertices)} at exactly equal positions")
+        if len(vertices) < before:
+            notes.append(f"welded {before} vertices to {len(vertices)} at exactly equal positions")
     return make_mesh(vertices, faces, Path(path).stem, tuple(notes), source=path)
 
 
