@@ -37,6 +37,9 @@ CREATE TABLE IF NOT EXISTS answers (
   PRIMARY KEY (participant, field)
 ) STRICT, WITHOUT ROWID;
 """
+NOTE_AFTER = 0.1
+"""A participant is noted as there once in this share of the time after which they count as gone."""
+
 _FORMAT = "neural-contours site 1"
 
 
@@ -140,8 +143,13 @@ class SiteStore:
     def find(self, secret: str) -> Entry | None:
         """Whose session this is; who was away too long gets the questionnaire back if it is still free."""
         now = self._clock()
+        with self._lock:
+            entry = _entry(self._db, "token = ?", _hash(secret))
+        recent = entry is not None and now - entry.seen < NOTE_AFTER * self._policy.abandoned_after
+        if entry is None or entry.state is State.FINISHED or (entry.state is State.ACTIVE and recent):
+            return entry
         with self._change() as db:
-            entry = _entry(db, "token = ?", _hash(secret))
+            entry = _entry(db, "id = ?", entry.id)
             if entry is None or entry.state is State.FINISHED:
                 return entry
             if entry.state is State.ABANDONED and not self._may_return(db, entry):
