@@ -7,11 +7,13 @@ In this order, each step only where it finds something to do, so that a sound me
    of a double-sided face one side is left);
 3. borders that touch within `snap` are connected, vertex to vertex and vertex to edge;
 4. rays from outside tell for every face which side is seen. At edges with more than two faces, the faces around the
-   most exposed wedges are joined. Each patch of joined faces is wound consistently and turned so that the side seen
-   more is its front: inverted shells, mixed winding and inside-out parts, open or closed;
+   most exposed wedges are joined. Every fan of joined faces gets its own vertex, so that no edge or vertex is left
+   non-manifold. Each patch of joined faces is wound consistently and turned so that the side seen more is its front:
+   inverted shells, mixed winding and inside-out parts, open or closed;
 5. patches of which nothing is seen from outside (inner walls, hidden shells) are removed: no line can be drawn on
    them, but they distort curvature where they touch and the statistics of the whole;
-6. every fan of joined faces gets its own vertex, so that no edge or vertex is left non-manifold; unused vertices go.
+6. in parts made of flat pieces, hard edges get a row of vertices on either side, `support` away: without it smoothed
+   normals, and the lines that depend on them, wander over the flats (see `dataset_tools.support`).
 
 Holes are not closed (open surfaces are drawn as such) and self-intersections are left alone (the visible lines stop at
 them as at any other surface).
@@ -28,6 +30,7 @@ from dataset_tools.borders import merge_border_vertices, split_at_touching_verti
 from dataset_tools.exposure import exposure
 from dataset_tools.faults import Faults, diagnose, sliver_faces
 from dataset_tools.joints import halve_tangled_edges, pair_faces
+from dataset_tools.support import support_hard_edges
 from dataset_tools.topology import HalfEdges, Patches, half_edges, patches_of, plain_pairs, split_vertices
 from ncmodel.errors import MeshError
 from ncmodel.geometry.mesh import normalise, read_geometry, upright, weld
@@ -57,6 +60,7 @@ class CleanSettings:
         weld: Vertices closer than this become one.
         snap: Borders closer than this are connected.
         remove_hidden: Remove patches of which nothing is seen from outside.
+        support: Distance of the vertices put beside hard edges; 0 puts none.
         seconds: Time limit for one mesh, where meshes are cleaned in a process of their own.
         memory_gb: Memory limit for one mesh, likewise.
     """
@@ -64,12 +68,15 @@ class CleanSettings:
     weld: float = 1e-5
     snap: float = 2e-4
     remove_hidden: bool = True
+    support: float = 0.004
     seconds: float = 300.0
     memory_gb: float = 8.0
 
     def __post_init__(self) -> None:
         if not 0 <= self.weld <= self.snap < 0.1:
             raise ValueError(f"weld is {self.weld} and snap is {self.snap}, expected 0 <= weld <= snap < 0.1")
+        if not 0 <= self.support < 0.1:
+            raise ValueError(f"support is {self.support}, expected 0 <= support < 0.1")
         if self.seconds <= 0 or self.memory_gb <= 0:
             raise ValueError(f"limits are {self.seconds} s and {self.memory_gb} GB, expected positive numbers")
 
@@ -90,11 +97,13 @@ class CleanReport:
         found: The faults of the mesh as it was read.
         done: The repairs, in order; those that found nothing to do are left out.
         left: What is still wrong with the result.
+        resolution: Faces of the repaired surface, before any were divided along hard edges.
     """
 
     found: Faults
     done: tuple[Step, ...]
     left: Faults
+    resolution: int
 
     def to_record(self) -> dict[str, Any]:
         """The report as `clean.json` holds it."""
@@ -156,10 +165,12 @@ def clean(
     if settings.remove_hidden:
         work.remove_faces(_hidden(seen, patches)[~stray], "faces hidden from outside removed")
     work.drop_unused()
+    resolution = len(work.faces)
+    if settings.support > 0:
+        work.support_hard_edges()
     mesh = Mesh(normalise(work.vertices), work.faces, name, tuple(f"{step.step}: {step.count}" for step in work.done))
-    return mesh, CleanReport(
-        found, tuple(work.done), diagnose(mesh.vertices, mesh.faces, settings.weld, settings.snap, by_index=True)
-    )
+    left = diagnose(mesh.vertices, mesh.faces, settings.weld, settings.snap, by_index=True)
+    return mesh, CleanReport(found, tuple(work.done), left, resolution)
 
 
 class _Repair:
@@ -227,6 +238,12 @@ class _Repair:
         used[self.faces] = True
         self.vertices, self.faces = _compact(self.vertices, self.faces, used)
         self.note("unused vertices removed", before - len(self.vertices))
+
+    def support_hard_edges(self) -> None:
+        """Put vertices beside hard edges."""
+        before = len(self.vertices)
+        self.vertices, self.faces = support_hard_edges(self.vertices, self.faces, self.settings.support)
+        self.note("vertices put beside hard edges", len(self.vertices) - before)
 
     def _drop_faces(self) -> None:
         slivers = sliver_faces(self.vertices, self.faces)

@@ -81,15 +81,15 @@ def clean_here(task: CleanTask) -> Mapping[str, bytes]:
         return failed(task, str(error))
     except MemoryError:
         return failed(task, f"cleaning needs more than {task.settings.memory_gb:g} GB of memory")
-    if len(mesh.faces) < task.min_faces:
-        reason = f"low resolution: {len(mesh.faces)} faces, expected at least {task.min_faces}"
+    if report.resolution < task.min_faces:
+        reason = f"low resolution: {report.resolution} faces, expected at least {task.min_faces}"
         return failed(task, reason, "skipped", **report.to_record())
     return {"clean.json": _record(task, "done", "", **report.to_record()), "mesh.ply": ply(mesh)}
 
 
 def _record(task: CleanTask, status: str, reason: str, **more: Any) -> bytes:
     head = {"status": status, "reason": reason, "source": Path(task.source).name, "up": task.up}
-    settings = {"weld": task.settings.weld, "snap": task.settings.snap}
+    settings = {name: getattr(task.settings, name) for name in ("weld", "snap", "remove_hidden", "support")}
     return (json.dumps({**head, **more, "settings": settings}, indent=1) + "\n").encode()
 
 

@@ -191,10 +191,18 @@ def test_an_inner_wall_is_cut_off_and_removed() -> None:
 
 def test_a_vertex_shared_by_two_fans_is_split() -> None:
     vertices, faces = dirty.joined(dirty.box((0, 0, 0), (1, 1, 1)), dirty.box((1, 1, 1), (2, 2, 2)))
-    mesh, report = cleaned((vertices, faces))
+    mesh, report = cleaned((vertices, faces), CleanSettings(support=0))
     assert report.found.non_manifold_vertices == 1
     assert len(mesh.vertices) == 16
     assert dirty.is_closed(mesh.faces)
+
+
+def test_flat_sides_get_support_and_the_resolution_is_that_of_before() -> None:
+    mesh, report = cleaned(dirty.box())
+    assert report.resolution == 12
+    assert steps(report) == {"vertices put beside hard edges": len(mesh.vertices) - 8}
+    assert dirty.is_closed(mesh.faces)
+    assert cleaned(dirty.box(), CleanSettings(support=0))[1].done == ()
 
 
 def test_a_one_sided_band_is_cut_open() -> None:

@@ -59,6 +59,7 @@ def clean(
     up: Up = None,
     weld: Annotated[float | None, typer.Option(help="Vertices closer than this share of the size become one.")] = None,
     snap: Annotated[float | None, typer.Option(help="Borders closer than this share of it are connected.")] = None,
+    support: Annotated[float | None, typer.Option(help="Distance of vertices put beside hard edges; 0: none.")] = None,
     keep_hidden: Annotated[bool, typer.Option("--keep-hidden", help="Keep parts that can't be seen.")] = False,
     as_json: Json = False,
 ) -> None:
@@ -70,7 +71,7 @@ def clean(
 
     if output.suffix.lower() != ".ply":
         raise UsageError(f"-o: found {output}, expected a file *.ply")
-    chosen = {"weld": weld, "snap": snap, "remove_hidden": False if keep_hidden else None}
+    chosen = {"weld": weld, "snap": snap, "support": support, "remove_hidden": False if keep_hidden else None}
     cleaned, report = clean_file(mesh, up or "y", _with(CleanSettings(), chosen))
     write_bytes(output, ply(cleaned))
     emit(report.to_record(), as_json, clean_text(report))
