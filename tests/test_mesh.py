@@ -92,7 +92,7 @@ def test_formats_of_loose_triangles_are_welded(name: str, tmp_path: Path) -> Non
             (tmp_path / (name if part.endswith(".gltf") else part)).write_bytes(content)
     mesh = load_mesh(tmp_path / name)
     assert (len(mesh.vertices), len(mesh.faces)) == (4, 4)
-    assert mesh.notes == ("welded 12 vertices to 4 at exactly equal positions",)
+    assert mesh.notes == ("welded 12 vertices to 4 at equal positions",)
     expected = normalise(tetrahedron()[0])[tetrahedron()[1]]
     np.testing.assert_allclose(mesh.vertices[mesh.faces], expected, atol=1e-7)
 
@@ -314,4 +314,15 @@ def test_loose_triangles_are_welded_in_any_format(tmp_path: Path) -> None:
     (tmp_path / "loose.obj").write_text("\n".join(rows), encoding="utf-8")
     mesh = load_mesh(tmp_path / "loose.obj")
     assert len(mesh.vertices) == len(vertices)
-    assert mesh.notes == (f"welded {3 * len(faces)} vertices to {len(vertices)} at exactly equal positions",)
+    assert mesh.notes == (f"welded {3 * len(faces)} vertices to {len(vertices)} at equal positions",)
+
+
+def test_rounding_leaves_no_cracks(tmp_path: Path) -> None:
+    vertices, faces = analytic.icosphere(2)
+    rng = np.random.default_rng(0)
+    corners = vertices[faces].astype(np.float32)
+    nudged = np.where(rng.random(corners.shape) < 0.1, np.nextafter(corners, np.float32(2.0)), corners)
+    trimesh.Trimesh(nudged.reshape(-1, 3), np.arange(3 * len(faces)).reshape(-1, 3), process=False).export(
+        tmp_path / "ball.stl"
+    )
+    assert len(load_mesh(tmp_path / "ball.stl").vertices) == len(vertices)

@@ -1,7 +1,8 @@
 """Mesh files and arrays -> `Mesh` in object space.
 
 Vertex and face order are those of the file; nothing is repaired. Loose triangles, and formats that can't share a vertex
-between faces or between attributes (STL, glTF), are welded at exactly equal positions: they would have no lines.
+between faces or between attributes (STL, glTF), are welded where positions are equal up to rounding: they would have
+no lines.
 """
 
 from collections.abc import Callable
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ncmodel.errors import MeshError, UsageError
 from ncmodel.geometry import readers
+from ncmodel.geometry.strokes import weld_points
 from ncmodel.types import Floats, Ints, Mesh
 
 SUFFIXES = readers.SUFFIXES
@@ -45,12 +47,12 @@ def load_mesh(path: str | Path, up: str = "y") -> Mesh:
     if len(faces) == 0:
         vertices, faces = _surface_through(vertices, path)
         notes.append(f"reconstructed {len(faces)} faces from points (screened Poisson)")
-    if suffix in _WELDED_SUFFIXES or len(vertices) > _LOOSE * len(faces):
-        before = len(vertices)
+    loose = suffix in _WELDED_SUFFIXES or len(vertices) > _LOOSE * len(faces)
+    stored = len(vertices)
+    if loose:
         vertices, faces = weld(vertices, faces)
-        if len(vertices) < before:
-            notes.append(f"welded {before} vertices to {len(vertices)} at exactly equal positions")
-    return make_mesh(vertices, faces, Path(path).stem, tuple(notes), source=path)
+    mesh = make_mesh(vertices, faces, Path(path).stem, tuple(notes), source=path)
+    return _without_cracks(mesh, stored) if loose else mesh
 
 
 def read_geometry(path: str | Path) -> tuple[Floats, Ints]:
@@ -180,6 +182,21 @@ def weld(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
     renumbered = np.empty(len(order), dtype=np.int64)
     renumbered[order] = rank[group]
     return vertices[first[kept]], renumbered[faces]
+
+
+def _without_cracks(mesh: Mesh, stored: int) -> Mesh:
+    """Merge vertices within a millionth of the mesh's size: in single precision they differ by rounding alone.
+
+    Args:
+        mesh: Welded at exactly equal positions.
+        stored: How many vertices its file holds.
+    """
+    _, first, group = np.unique(weld_points(mesh.vertices), return_index=True, return_inverse=True)
+    kept = np.argsort(first)
+    rank = np.empty(len(first), dtype=np.int64)
+    rank[kept] = np.arange(len(first))
+    note = (f"welded {stored} vertices to {len(first)} at equal positions",) if len(first) < stored else ()
+    return Mesh(mesh.vertices[first[kept]], rank[group][mesh.faces], mesh.name, (*mesh.notes, *note))
 
 
 def _mixed(vertices: Floats) -> NDArray[np.uint64]:
