@@ -32,6 +32,9 @@ SEEN_SIDE = 768
 """Shorter side, pixels, of the pictures that the networks' inputs are averaged from: that of the training views, whose
 lines are as thin. Larger and smaller drawings get the thresholds chosen at this size."""
 
+LONGEST_SIDE = 4 * SEEN_SIDE
+"""Longer side that such a picture has at most."""
+
 
 @dataclass(frozen=True, eq=False)
 class Choice:
@@ -139,7 +142,7 @@ class Model:
         lines = line_maps(seen, families)
         image = _drawn(choice.strokes, seen) if choice.strokes else None
         with timed(seen.trace, "threshold_search"):
-            score = DrawingScore(ranker, maps, lines, image, budget.half_precision)
+            score = DrawingScore(ranker, maps, lines, image)
             optimum = optimise(score, budget)
         chosen: dict[LineFamily, float] = {}
         for index, family in enumerate(FILTERED_FAMILIES):
@@ -164,8 +167,9 @@ def load_model(path: str | Path) -> Model:
 def _as_seen(view: View) -> View:
     """The view at the resolution that the networks' inputs come from."""
     camera = view.camera
-    scale = SEEN_SIDE / min(camera.width, camera.height)
-    width, height = round(camera.width * scale), round(camera.height * scale)
+    # A strip is seen at less than that, so that its length stays bounded.
+    scale = min(SEEN_SIDE / min(camera.width, camera.height), LONGEST_SIDE / max(camera.width, camera.height))
+    width, height = max(1, round(camera.width * scale)), max(1, round(camera.height * scale))
     if (width, height) == (camera.width, camera.height):
         return view
     return View(view.surface, camera.resized(width, height), view.crease_angle)

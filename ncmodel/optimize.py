@@ -20,8 +20,8 @@ from ncmodel.types import Floats, Mask
 class ScoredDrawing(Protocol):
     """The score of a view's drawing as a function of its thresholds."""
 
-    def scores(self, thresholds: Floats, boundaries: bool) -> Floats:
-        """(B,) scores of (B, 4) thresholds."""
+    def scores(self, thresholds: Floats, boundaries: bool, rough: bool = False) -> Floats:
+        """(B,) scores of (B, 4) thresholds; `rough` ones are good enough to tell where climbing is worthwhile."""
 
     def slope(self, thresholds: Floats, boundaries: bool) -> tuple[float, Floats]:
         """The score at one (4,) t, and its (4,) gradient."""
@@ -47,19 +47,25 @@ class Budget:
         full_grid: Try all combinations of shares; else change one family at a time, starting from the middle share.
         climbs: How many of the best grid points to climb from.
         iterations: Most L-BFGS-B iterations a climb.
-        half_precision: Score the grid in bfloat16; climbs always run in float32.
+        rough_grid: Score the grid in bfloat16, which halves its time. Only climbed points then count.
     """
 
     shares: tuple[float, ...]
     full_grid: bool
     climbs: int
     iterations: int
-    half_precision: bool = False
+    rough_grid: bool = False
+
+    def __post_init__(self) -> None:
+        if not self.shares or not all(0 <= share <= 1 for share in self.shares):
+            raise ValueError(f"shares are {self.shares}, expected at least one in 0..1")
+        if self.climbs < 0 or (self.climbs and self.iterations < 1) or (self.rough_grid and not self.climbs):
+            raise ValueError(f"{self}: expected climbs of at least one iteration, and some after a rough grid")
 
 
 BUDGETS = {
-    "draft": Budget((0.4, 1.0, 0.0), full_grid=False, climbs=1, iterations=4),
-    "balanced": Budget((0.4, 1.0, 0.0), full_grid=True, climbs=3, iterations=12),
+    "draft": Budget((0.4, 1.0, 0.0), full_grid=False, climbs=1, iterations=4, rough_grid=True),
+    "balanced": Budget((0.4, 1.0, 0.0), full_grid=True, climbs=3, iterations=12, rough_grid=True),
     "accurate": Budget((0.5, 1.0, 0.75, 0.25, 0.0), full_grid=True, climbs=8, iterations=30),
 }
 """The search budget of each `--preset`."""
@@ -144,6 +150,7 @@ class _Point:
     thresholds: tuple[float, ...]
     boundaries: bool = True
     converged: bool = True
+    rough: bool = False
 
 
 class _Search:
@@ -160,8 +167,9 @@ class _Search:
 
     @property
     def best(self) -> _Point:
-        """The highest score; the first among equals."""
-        return max(self.points, key=lambda point: point.score)
+        """The highest score; the first among equals. Rough scores count until there are others."""
+        exact = [point for point in self.points if not point.rough]
+        return max(exact or self.points, key=lambda point: point.score)
 
     def result(self) -> Optimum:
         """The optimum, once everything has been tried."""
@@ -181,16 +189,16 @@ class _Search:
 
     def grid(self) -> None:
         """Evaluate the grid of ink shares; its first point, the middle share of all, wins ties."""
-        shares = self.budget.shares
+        shares, rough = self.budget.shares, self.budget.rough_grid and bool(self.families)
         levels = {family: [self.drawing.level(family, share) for share in shares] for family in self.families}
         if self.budget.full_grid:
             combinations = itertools.product(*levels.values())
-            self._try([self._at(dict(zip(levels, values, strict=True))) for values in combinations])
+            self._try([self._at(dict(zip(levels, values, strict=True))) for values in combinations], rough=rough)
             return
-        self._try([self._at({family: values[0] for family, values in levels.items()})])
+        self._try([self._at({family: values[0] for family, values in levels.items()})], rough=rough)
         for family, values in levels.items():
             here = np.array(self.best.thresholds)
-            self._try([np.where(np.arange(4) == family, value, here) for value in values[1:]])
+            self._try([np.where(np.arange(4) == family, value, here) for value in values[1:]], rough=rough)
 
     def climb(self) -> None:
         """Climb from the best points of the grid."""
@@ -209,11 +217,11 @@ class _Search:
         """(4,) thresholds; 0 where not given."""
         return np.array([values.get(family, 0.0) for family in range(4)])
 
-    def _try(self, thresholds: Sequence[Floats], boundaries: bool = True) -> None:
-        scores = self.drawing.scores(np.stack(thresholds), boundaries)
+    def _try(self, thresholds: Sequence[Floats], boundaries: bool = True, rough: bool = False) -> None:
+        scores = self.drawing.scores(np.stack(thresholds), boundaries, rough)
         self.evaluations += len(thresholds)
         for t, score in zip(thresholds, np.where(np.isnan(scores), -np.inf, scores), strict=True):
-            self.points.append(_Point(float(score), tuple(t.tolist()), boundaries))
+            self.points.append(_Point(float(score), tuple(t.tolist()), boundaries, rough=rough))
 
     def _climb_from(self, start: Floats, boundaries: bool) -> None:
         """L-BFGS-B from one point, in units in which each family's half of the ink lies at 1."""

@@ -29,18 +29,10 @@ class DrawingScore:
         maps: (7, H, W) depth E and shaded maps O.
         lines: The view's line and feature maps, (H, W) too.
         image: (H, W) ink I_L of the image branch, if it takes part.
-        half_precision: Compute `scores` in bfloat16; `slope` stays in float32.
     """
 
-    def __init__(
-        self,
-        ranker: RankingModule,
-        maps: Image,
-        lines: LineMaps,
-        image: Image | None = None,
-        half_precision: bool = False,
-    ) -> None:
-        self._ranker, self._half, self._lines = ranker, half_precision, lines
+    def __init__(self, ranker: RankingModule, maps: Image, lines: LineMaps, image: Image | None = None) -> None:
+        self._ranker, self._lines = ranker, lines
         square = Square(maps.shape[1], maps.shape[2], ranker.dims.size)
         with torch.inference_mode():
             self._embedded = ranker.embed(torch.from_numpy(square.fit(maps, BACKGROUND))[None])
@@ -84,9 +76,9 @@ class DrawingScore:
         last = max(int(np.searchsorted(left, wanted, side="right")) - 1, 0)
         return float(max((total[last] - wanted) / slope[last], 0.0))
 
-    def scores(self, thresholds: Floats, boundaries: bool) -> Floats:
-        """(B,) scores of (B, 4) thresholds."""
-        with torch.inference_mode(), torch.autocast("cpu", torch.bfloat16, enabled=self._half):
+    def scores(self, thresholds: Floats, boundaries: bool, rough: bool = False) -> Floats:
+        """(B,) scores of (B, 4) thresholds; rough ones in bfloat16."""
+        with torch.inference_mode(), torch.autocast("cpu", torch.bfloat16, enabled=rough):
             chunks = torch.split(torch.from_numpy(thresholds).float(), CHUNK)
             parts = [self._ranker.score(self.drawings(t, boundaries), self._embedded) for t in chunks]
         return torch.cat(parts).double().numpy()

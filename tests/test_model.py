@@ -147,6 +147,12 @@ def test_the_size_of_the_drawing_does_not_change_the_choice(bent: Surface) -> No
         np.testing.assert_allclose(a.points * 200 / SEEN_SIDE, b.points)
 
 
+def test_strips_are_seen_at_a_bounded_size(bent: Surface) -> None:
+    camera = Camera.orbit(bent.mesh.vertices, size=(2000, 2))
+    choice = Model(networks()).choose(View(bent, camera), "geometry", "draft", [])
+    assert choice.families == (LineFamily.CONTOURS,)
+
+
 def test_choices_are_deterministic(bent: Surface) -> None:
     first, again = (Model(networks()).choose(view_of(bent), budget="draft") for _ in range(2))
     assert (first.thresholds, first.optimum) == (again.thresholds, again.optimum)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ncmodel.errors import UsageError
-from ncmodel.optimize import BUDGETS, Budget, Optimum, budget_named, optimise
+from ncmodel.optimize import BUDGETS, Budget, budget_named, optimise
 from ncmodel.types import Floats, Mask
 
 Score = Callable[[Floats], float]
@@ -24,6 +24,7 @@ class Known:
     boundary_gain: float | None = None
     half: float = 0.5
     largest: float = 4.0
+    rough_error: float = 0.0
     calls: int = 0
 
     @property
@@ -34,12 +35,13 @@ class Known:
         assert self.present[family]
         return float(np.interp(share, [0.0, 0.5, 1.0], [self.largest, self.half, 0.0]))
 
-    def scores(self, thresholds: Floats, boundaries: bool) -> Floats:
+    def scores(self, thresholds: Floats, boundaries: bool, rough: bool = False) -> Floats:
         assert thresholds.shape[1] == 4
         assert (thresholds >= 0).all()
         self.calls += len(thresholds)
         gain = (self.boundary_gain or 0.0) if boundaries else 0.0
-        return np.array([self.score(t) + gain for t in thresholds])
+        error = self.rough_error if rough else 0.0
+        return np.array([self.score(t) + gain + error for t in thresholds])
 
     def slope(self, thresholds: Floats, boundaries: bool) -> tuple[float, Floats]:
         here = float(self.scores(thresholds[None], boundaries)[0])
@@ -83,8 +85,17 @@ def test_the_higher_of_two_hills_is_climbed() -> None:
 
 def test_a_point_of_the_grid_is_kept_where_climbing_gains_nothing() -> None:
     """A spike at one grid point, whose slope leads nowhere."""
-    found = optimise(Known(lambda t: 1.0 if t.tolist() == [0.0, 4.0, 0.0, 4.0] else 0.0), BUDGETS["balanced"])
-    assert (found.thresholds, found.score) == ((0.0, 4.0, 0.0, 4.0), 1.0)
+    for budget in (BUDGETS["balanced"], BUDGETS["accurate"]):
+        found = optimise(Known(lambda t: 1.0 if t.tolist() == [0.0, 4.0, 0.0, 4.0] else 0.0), budget)
+        assert (found.thresholds, found.score) == ((0.0, 4.0, 0.0, 4.0), 1.0)
+
+
+def test_rough_scores_only_say_where_to_climb() -> None:
+    exact, rough = (optimise(Known(two_hills, rough_error=error), BUDGETS["balanced"]) for error in (0.0, 100.0))
+    assert rough == exact
+    assert rough.score < 2
+    bare = Known(hill, present=np.zeros(4, dtype=np.bool_), rough_error=100.0)
+    assert optimise(bare, BUDGETS["draft"]).score == hill(np.zeros(4))
 
 
 def test_every_evaluation_is_counted() -> None:
@@ -158,9 +169,14 @@ def test_the_search_is_deterministic() -> None:
 
 def test_a_budget_of_ones_own() -> None:
     one_point = Budget((0.5,), full_grid=True, climbs=0, iterations=0)
-    found: Optimum = optimise(Known(hill), one_point)
+    found = optimise(Known(hill), one_point)
     assert (found.evaluations, found.thresholds) == (1, (0.5,) * 4)
-    assert replace(one_point, climbs=2) != one_point
+
+
+@pytest.mark.parametrize("wrong", [{"shares": ()}, {"shares": (2.0,)}, {"climbs": -1}, {"climbs": 0}])
+def test_budgets_that_make_no_sense_are_refused(wrong: dict[str, object]) -> None:
+    with pytest.raises(ValueError, match="expected"):
+        replace(BUDGETS["draft"], **wrong)  # type: ignore[arg-type]
 
 
 def test_unknown_budgets_are_named() -> None:

@@ -123,6 +123,6 @@ def test_half_precision_scores_are_close() -> None:
     lines, maps, image = example()
     t = np.random.default_rng(0).random((8, 4))
     exact = DrawingScore(ranker(), maps, lines, image).scores(t, boundaries=True)
-    half = DrawingScore(ranker(), maps, lines, image, half_precision=True).scores(t, boundaries=True)
+    half = DrawingScore(ranker(), maps, lines, image).scores(t, boundaries=True, rough=True)
     assert half.dtype == np.float64
     np.testing.assert_allclose(half, exact, atol=0.1 * max(1.0, float(np.abs(exact).max())))
