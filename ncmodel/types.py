@@ -42,7 +42,7 @@ FILTERED_FAMILIES = (LineFamily.SUGGESTIVE, LineFamily.RIDGES, LineFamily.VALLEY
 """The families that a threshold filters, in the order of t = (t_S, t_R, t_V, t_A)."""
 
 SUGGESTIVE_FADE = 0.03
-"""rtsc's fade of suggestive contours: alpha is 1/2 this far above the threshold (geometry-spec 7)."""
+"""rtsc's fade of suggestive contours: alpha is 1/2 this far above the threshold (docs/geometry.md 7)."""
 
 
 @dataclass(frozen=True, eq=False)

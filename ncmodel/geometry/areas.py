@@ -1,4 +1,4 @@
-"""Sides of faces, vertex normals and vertex areas (geometry-spec 1, 2; Max 1999, Meyer et al. 2003).
+"""Sides of faces, vertex normals and vertex areas (docs/geometry.md 1, 2; Max 1999, Meyer et al. 2003).
 
 A face whose height is below `FLATNESS` of its longest side has no direction that rounding leaves meaningful. It takes
 no part in normals and curvature; of its area, which is rounding noise too, each corner gets a third.

@@ -1,4 +1,4 @@
-"""Curvature and its derivative on a triangle mesh (geometry-spec 3, 4; Rusinkiewicz 2004).
+"""Curvature and its derivative on a triangle mesh (docs/geometry.md 3, 4; Rusinkiewicz 2004).
 
 In each face the shape operator II is the least-squares fit of II e_j = d_j to the changes d_j of the normal along the
 sides e_j, and the derivative C the fit of C e_j = change of II. In the principal frame (t, b) of the sides' scatter

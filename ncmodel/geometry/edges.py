@@ -1,4 +1,4 @@
-"""Edges of a mesh: borders, creases, whether it is closed (geometry-spec 10)."""
+"""Edges of a mesh: borders, creases, whether it is closed (docs/geometry.md 10)."""
 
 import math
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Lines where a curvature is extremal along its own direction: ridges, valleys, apparent ridges (geometry-spec 8, 9).
+"""Lines where a curvature is extremal along its direction: ridges, valleys, apparent ridges (docs/geometry.md 8, 9).
 
 Sources: Ohtake et al. 2004 (ridges and valleys on meshes), Judd et al. 2007 (apparent ridges).
 
@@ -139,7 +139,7 @@ def _crossed(vertices: Floats, slope: Floats, i: int, j: int, sign: float) -> bo
     """Whether the slopes at the ends of a side point apart: there is an extremum between.
 
     With `sign` 1 (-1), one of them must also point along the side inwards (outwards), which makes it a maximum
-    (minimum): geometry-spec 8.4.
+    (minimum): docs/geometry.md 8.
     """
     ax, ay, az = slope[i, 0], slope[i, 1], slope[i, 2]
     bx, by, bz = slope[j, 0], slope[j, 1], slope[j, 2]

@@ -1,4 +1,4 @@
-"""The length that makes thresholds dimensionless (geometry-spec 5)."""
+"""The length that makes thresholds dimensionless (docs/geometry.md 5)."""
 
 import math
 from itertools import combinations

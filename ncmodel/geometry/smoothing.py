@@ -1,4 +1,4 @@
-"""Normals smoothed over neighbourhoods of growing size (geometry-spec 11; Jones et al. 2003)."""
+"""Normals smoothed over neighbourhoods of growing size (docs/geometry.md 11; Jones et al. 2003)."""
 
 import math
 

@@ -115,7 +115,7 @@ class View:
         return self._feature_maps[family]
 
     def lines(self, family: LineFamily) -> LineSet:
-        """All lines of a family at threshold 0, hidden ones included (geometry-spec 7-10)."""
+        """All lines of a family at threshold 0, hidden ones included (docs/geometry.md 7-10)."""
         if family not in self._lines:
             with timed(self.trace, f"lines_{family}"):
                 self._lines[family] = _EXTRACTORS[family](self)

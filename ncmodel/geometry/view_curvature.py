@@ -1,4 +1,4 @@
-"""What a surface's curvature looks like from an eye: per-vertex quantities of one view (geometry-spec 6).
+"""What a surface's curvature looks like from an eye: per-vertex quantities of one view (docs/geometry.md 6).
 
 Sources: DeCarlo et al. 2003 (radial curvature and its derivative), Judd et al. 2007 (view-dependent curvature).
 
@@ -132,13 +132,10 @@ def view_dependent_derivative(
         nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
         dx, dy, dz = dir1[i, 0], dir1[i, 1], dir1[i, 2]
         a, b = t1[0, i], t1[1, i]
-        # T2 = N x T1 = a dir2 - b dir1 and T1 = T2 x N
-        sx, sy, sz = (
-            a * (ny * dz - nz * dy) - b * dx,
-            a * (nz * dx - nx * dz) - b * dy,
-            a * (nx * dy - ny * dx) - b * dz,
-        )
-        tx, ty, tz = sy * nz - sz * ny, sz * nx - sx * nz, sx * ny - sy * nx
+        # T1 = a dir1 + b dir2 and T2 = N x T1
+        ex, ey, ez = ny * dz - nz * dy, nz * dx - nx * dz, nx * dy - ny * dx
+        tx, ty, tz = a * dx + b * ex, a * dy + b * ey, a * dz + b * ez
+        sx, sy, sz = a * ex - b * dx, a * ey - b * dy, a * ez - b * dz
         count, total = 0, 0.0
         for n in range(starts[i], starts[i + 1]):
             j, k = around[n, 0], around[n, 1]

@@ -1,4 +1,4 @@
-"""Zero sets of scalars on a mesh: occluding and suggestive contours (geometry-spec 7)."""
+"""Zero sets of scalars on a mesh: occluding and suggestive contours (docs/geometry.md 7)."""
 
 import numpy as np
 from numba import njit
@@ -93,8 +93,8 @@ def _zero_set(
         s, t = value[i] / (value[i] - value[j]), value[i] / (value[i] - value[k])
         n0, n1 = _at(numerator, i, j, s), _at(numerator, i, k, t)
         d0, d1 = _at(denominator, i, j, s), _at(denominator, i, k, t)
-        a, b, c, d = _agreeing(n0, n1, d0, d1)
-        for begin, stop in ((a, b), (c, d)):
+        parts = _agreeing(n0, n1, d0, d1)
+        for begin, stop in ((parts[0], parts[1]), (parts[2], parts[3])):
             if stop <= begin:
                 continue
             index[size] = f
