@@ -1,8 +1,7 @@
-"""The crowd's stages from folder to folder: make a batch, let simulated participants answer it, read results."""
+"""The crowd's stages that look at drawings: make a batch, let simulated participants answer it."""
 
 import hashlib
-from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -10,17 +9,12 @@ import numpy as np
 from dataset_tools.artist import ArtistDrawings, crowd_artists
 from dataset_tools.batch import Built, Planner, build_batch
 from dataset_tools.batch_files import Look
-from dataset_tools.ingestion import Ingested
 from dataset_tools.items import list_items
 from dataset_tools.questionnaire import Item, Key, Scheme
-from dataset_tools.reliability import assess, counted
-from dataset_tools.results import Answered, Problem, read_csv_results
 from dataset_tools.sentinels import Drawing, artists_drawings
 from dataset_tools.simulate import Crowd, Distances, answer_all, answer_until_reliable, make_crowd, write_results
-from dataset_tools.site_results import is_database, read_site_results
 from dataset_tools.spread import varied
-from dataset_tools.votes import ingest, read_votes
-from ncmodel.errors import NeuralContoursError, UsageError
+from ncmodel.errors import UsageError
 from ncmodel.types import Floats
 
 SENTINEL_ARTISTS = 3
@@ -109,36 +103,6 @@ def simulate_batch(
     fields = sorted({q.field for questionnaire in key.questionnaires.values() for q in questionnaire.questions})
     kinds = write_results(out, sittings, fields)
     return {"simulated_participants": kinds.total(), **kinds, "questionnaires": len(key.questionnaires)}
-
-
-def ingest_results(batch_dir: Path, results: Sequence[Path], out: Path) -> Ingested:
-    """Read results files into a vote file.
-
-    Raises:
-        InputError: The batch has no key, `out` isn't a vote file, or nothing could be read from any file.
-    """
-    return ingest(read_results(results), Key.load(batch_dir), out)
-
-
-def read_results(results: Iterable[Path]) -> Iterator[Answered | Problem]:
-    """The rows of all results files; a file that can't be read at all is a problem like a row that can't."""
-    for path in results:
-        try:
-            yield from read_site_results(path) if is_database(path) else read_csv_results(path)
-        except NeuralContoursError as error:
-            yield Problem(str(path), str(error).removeprefix(f"{path}: "))
-
-
-def top_up_needs(data_dir: Path, votes: Path, wanted: int) -> dict[Item, int]:
-    """How many votes of reliable participants each item still lacks; items that lack none are left out.
-
-    Raises:
-        InputError: A file can't be read.
-    """
-    everything = list(read_votes(votes))
-    have = Counter(vote.item for vote in counted(everything, assess(everything)))
-    short = {item: wanted - have[item] for item in list_items(data_dir)}
-    return {item: lacking for item, lacking in short.items() if lacking > 0}
 
 
 def sample_distances(data_dir: Path, count: int, seed: int, advance: Callable[[], None] = lambda: None) -> Floats:

@@ -13,7 +13,8 @@ from dataset_tools.aggregate import Rules, aggregate
 from dataset_tools.artist import Artist, ArtistDrawings, artist_drawing, crowd_artists, open_view
 from dataset_tools.audit import audit, write_audit
 from dataset_tools.batch_files import Look
-from dataset_tools.crowd import ingest_results, make_batch, sample_distances, simulate_batch, top_up_needs
+from dataset_tools.collect import ingest_results, top_up_needs
+from dataset_tools.crowd import make_batch, sample_distances, simulate_batch
 from dataset_tools.items import list_items
 from dataset_tools.questionnaire import NONE, Item, Question, Scheme
 from dataset_tools.reliability import assess

@@ -13,7 +13,8 @@ from starlette.applications import Starlette
 from starlette.testclient import TestClient
 
 from dataset_tools.batch_files import Look
-from dataset_tools.crowd import ingest_results, make_batch
+from dataset_tools.collect import ingest_results
+from dataset_tools.crowd import make_batch
 from dataset_tools.items import list_items
 from dataset_tools.questionnaire import Key, Scheme
 from dataset_tools.rate_limit import RateLimit

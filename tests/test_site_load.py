@@ -17,7 +17,8 @@ import httpx2
 import pytest
 
 from dataset_tools.batch_files import Look
-from dataset_tools.crowd import ingest_results, make_batch
+from dataset_tools.collect import ingest_results
+from dataset_tools.crowd import make_batch
 from dataset_tools.items import list_items
 from dataset_tools.questionnaire import Key, Scheme
 from dataset_tools.votes import read_votes
@@ -81,8 +82,8 @@ async def take_part(base: str, key: Key, number: int, record: Record) -> None:
         reply = await insist(client, record, "GET", f"/?PROLIFIC_PID={name}")
         assert reply.status_code == 200
         reply = await insist(client, record, "POST", "/start", data={"PROLIFIC_PID": name, "agree": "yes"})
-        while "nc_session" not in client.cookies:
-            # The server died after it had noted the start and before it said so: as on a phone that lost its connection.
+        if "nc_session" not in client.cookies:
+            # The server died after it had noted the start and before it said so.
             assert reply.status_code == 409, reply.text
             return
         page = (await insist(client, record, "GET", "/questions")).text

@@ -167,7 +167,7 @@ def ingest(
     as_json: AsJson = False,
 ) -> None:
     """Read results into a vote file; what it holds already isn't read twice."""
-    from dataset_tools.crowd import ingest_results
+    from dataset_tools.collect import ingest_results
 
     done = ingest_results(batch_dir, results, output)
     emit_ingested(done, output, as_json)
@@ -241,7 +241,8 @@ def topup(
 ) -> None:
     """Make questionnaires about exactly the items that are still short of votes."""
     from dataset_tools.batch_files import Look
-    from dataset_tools.crowd import make_batch, top_up_needs
+    from dataset_tools.collect import top_up_needs
+    from dataset_tools.crowd import make_batch
     from dataset_tools.questionnaire import Scheme
 
     scheme = Scheme(real, sentinels, pool, wanted, seed)

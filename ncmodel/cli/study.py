@@ -65,7 +65,7 @@ def ingest(
     as_json: AsJson = False,
 ) -> None:
     """Read results of a study into a file of answers; what it holds already isn't read twice."""
-    from dataset_tools.crowd import read_results
+    from dataset_tools.collect import read_results
     from dataset_tools.study import StudyKey
     from dataset_tools.study_answers import ingest_study
     from ncmodel.cli.crowd import emit_ingested

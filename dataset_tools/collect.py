@@ -1,0 +1,44 @@
+"""What came back, from files: results read into votes, and which items are still short of them."""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+
+from dataset_tools.ingestion import Ingested
+from dataset_tools.items import list_items
+from dataset_tools.questionnaire import Item, Key
+from dataset_tools.reliability import assess, counted
+from dataset_tools.results import Answered, Problem, read_csv_results
+from dataset_tools.site_results import is_database, read_site_results
+from dataset_tools.votes import ingest, read_votes
+from ncmodel.errors import NeuralContoursError
+
+
+def ingest_results(batch_dir: Path, results: Sequence[Path], out: Path) -> Ingested:
+    """Read results files into a vote file.
+
+    Raises:
+        InputError: The batch has no key, `out` isn't a vote file, or nothing could be read from any file.
+    """
+    return ingest(read_results(results), Key.load(batch_dir), out)
+
+
+def read_results(results: Iterable[Path]) -> Iterator[Answered | Problem]:
+    """The rows of all results files; a file that can't be read at all is a problem like a row that can't."""
+    for path in results:
+        try:
+            yield from read_site_results(path) if is_database(path) else read_csv_results(path)
+        except NeuralContoursError as error:
+            yield Problem(str(path), str(error).removeprefix(f"{path}: "))
+
+
+def top_up_needs(data_dir: Path, votes: Path, wanted: int) -> dict[Item, int]:
+    """How many votes of reliable participants each item still lacks; items that lack none are left out.
+
+    Raises:
+        InputError: A file can't be read.
+    """
+    everything = list(read_votes(votes))
+    have = Counter(vote.item for vote in counted(everything, assess(everything)))
+    short = {item: wanted - have[item] for item in list_items(data_dir)}
+    return {item: lacking for item, lacking in short.items() if lacking > 0}
