@@ -8,9 +8,9 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from statistics import median
 
-from scipy.stats import binom, chisquare
+from scipy.special import bdtr, bdtrc
 
-from dataset_tools.agreement import agreeing_share
+from dataset_tools.agreement import agreeing_share, p_value_of_evenness
 from dataset_tools.questionnaire import N_OPTIONS
 from dataset_tools.votes import Vote
 
@@ -58,10 +58,10 @@ def _positions(votes: Sequence[Vote]) -> list[str]:
         return [f"answer {place} in {count} of {len(shown)} questions"]
     steps = Counter((b - a) % N_OPTIONS for a, b in pairwise(shown))
     step, times = steps.most_common(1)[0]
-    if step and binom.sf(times - 1, len(shown) - 1, 1 / N_OPTIONS) < LEAST_LIKELY / N_OPTIONS:
+    if step and bdtrc(times - 1, len(shown) - 1, 1 / N_OPTIONS) < LEAST_LIKELY / N_OPTIONS:
         return [f"positions in steps of {step}"]
     counts = [shown.count(position) for position in range(1, N_OPTIONS + 1)]
-    uneven = sum(counts) >= LEAST_VOTES and chisquare(counts).pvalue < LEAST_LIKELY
+    uneven = sum(counts) >= LEAST_VOTES and p_value_of_evenness(counts) < LEAST_LIKELY
     return ["favours some positions"] if uneven else []
 
 
@@ -84,7 +84,7 @@ def _usual_agreement(agreeing: Mapping[str, tuple[int, int]]) -> float:
 
 def _disagreement(own: tuple[int, int], usual: float) -> list[str]:
     agreed, compared = own
-    if compared < LEAST_VOTES or binom.cdf(agreed, compared, usual) >= LEAST_LIKELY:
+    if compared < LEAST_VOTES or bdtr(agreed, compared, usual) >= LEAST_LIKELY:
         return []
     return [f"agrees in {agreed} of {compared}, others in {100 * usual:.0f} %"]
 

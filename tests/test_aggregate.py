@@ -11,9 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dataset_tools.aggregate import Rules, aggregate, write_pairs
+from dataset_tools.agreement import krippendorff_alpha, p_value_of_evenness
 from dataset_tools.dawid_skene import one_coin
 from dataset_tools.questionnaire import Item
 from dataset_tools.reliability import assess, counted
+from dataset_tools.suspicion import flags
 from dataset_tools.votes import Vote
 from ncmodel.errors import UsageError
 
@@ -177,3 +179,37 @@ def test_one_coin_posterior_of_unanimous_strangers() -> None:
 def test_rules_that_make_no_sense(bad: dict[str, float]) -> None:
     with pytest.raises(UsageError, match="expected"):
         Rules(**bad)  # type: ignore[arg-type]
+
+
+def test_evenness_agrees_with_scipy() -> None:
+    from scipy.stats import chisquare
+
+    for counts in ([3, 9, 4, 6, 1, 2, 8, 5], [5] * 8, [40, 0, 0, 0, 0, 0, 0, 0]):
+        assert p_value_of_evenness(counts) == pytest.approx(chisquare(counts).pvalue)
+
+
+def test_alpha_of_perfect_and_of_no_agreement() -> None:
+    agreed = [vote(f"w{w}", f"s{s}", s % 8) for w in range(3) for s in range(16)]
+    assert krippendorff_alpha(agreed) == pytest.approx(1.0)
+    rng = np.random.default_rng(0)
+    guessed = [vote(f"w{w}", f"s{s}", int(rng.integers(-1, 8))) for w in range(3) for s in range(400)]
+    assert krippendorff_alpha(guessed) == pytest.approx(0.0, abs=0.05)
+    assert krippendorff_alpha([vote("w", "s", 1)]) is None
+
+
+@pytest.mark.parametrize(
+    ("positions", "sign"),
+    [([3] * 12, "answer 3 in 12 of 12"), ([1, 2, 3, 4, 5, 6, 7, 8] * 2, "steps of 1"), ([2, 6] * 8, "steps of 4")],
+)
+def test_patterns_of_positions_are_seen(positions: list[int], sign: str) -> None:
+    votes = [vote("w", f"s{i}", 1, question=i + 1, position=place) for i, place in enumerate(positions)]
+    assert sign in "; ".join(flags(votes)["w"])
+
+
+def test_haste_and_copies_are_seen() -> None:
+    hasty = [vote("fast", f"s{i}", i % 8, question=i + 1, seconds=0.4, questionnaire="h") for i in range(10)]
+    twins = [vote(name, f"s{i}", i % 8, question=i + 1) for name in ("ann", "bob") for i in range(10)]
+    found = flags([*hasty, *twins])
+    assert "0.4 s a question" in found["fast"]
+    assert found["ann"] == ("same answers as bob",)
+    assert found["bob"] == ("same answers as ann",)
