@@ -32,6 +32,9 @@ class Plan:
     effort: str
 
 
+NOISE = 0.15
+"""Of simulated participants: three in five views then find a consensus, as with the paper's participants."""
+
 FULL = Plan(made=45, held_out=10, size=768, effort="balanced")
 QUICK = Plan(made=13, held_out=3, size=384, effort="draft")
 
@@ -101,7 +104,7 @@ def road(out: Path, plan: Plan, seed: int) -> list[Stage]:
         command(
             "simulate",
             "Simulated participants answer",
-            *("crowd", "simulate", batch, "-o", results, "--data", data, *seeded),
+            *("crowd", "simulate", batch, "-o", results, "--data", data, "--noise", NOISE, *seeded),
             output=results,
         ),
         command("ingest", "Read the votes", "crowd", "ingest", batch, results, "-o", votes, output=votes),
