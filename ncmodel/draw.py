@@ -10,15 +10,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from ncmodel.camera import DEFAULT_AZIMUTH, DEFAULT_ELEVATION, DEFAULT_SIZE, Camera
 from ncmodel.drawing import DEFAULT_FAMILIES, Drawing, Plan
 from ncmodel.errors import UsageError
 from ncmodel.export import REFERENCE_SIDE
 from ncmodel.fade import check_thresholds, fade, survivors
 from ncmodel.stages import timed
-from ncmodel.types import FILTERED_FAMILIES, Floats, LineFamily, Mask, Mesh, Segments, Stroke, Thresholds, Trace
+from ncmodel.types import FILTERED_FAMILIES, LineFamily, Mesh, Segments, Stroke, Thresholds, Trace
 
 if TYPE_CHECKING:
     from ncmodel.geometry.surface import Surface
@@ -27,9 +25,6 @@ if TYPE_CHECKING:
 
 CREASE_ANGLE = 40.0
 """Degrees between faces above which their edge is drawn as a crease, unless told otherwise."""
-CREASE_EDGES = 16
-CREASE_LENGTH = 0.05
-"""Connected creases of fewer edges than `CREASE_EDGES`, and shorter than this share of the object, are roughness."""
 SHORTEST_STROKE = 2.5
 """Strokes on the smooth surface shorter than this, in pixels at 768, are dots and not drawn."""
 
@@ -125,11 +120,13 @@ def visible_segments(view: "View", family: LineFamily, plan: Plan, sample_pixels
         plan: The thresholds.
         sample_pixels: Distance along the picture of the points at which visibility is decided.
     """
+    from ncmodel.geometry.sharp import are_lines
+
     threshold, unit = plan.thresholds.of(family) or 0.0, plan.thresholds.unit
     p90 = _percentile(view, family, plan) if family in FILTERED_FAMILIES and unit == "p90" else 1.0
     lines = view.candidates(family)
     if family is LineFamily.CREASES:
-        lines = lines.take(_long(lines.points))
+        lines = lines.take(are_lines(lines.points))
     # Weak lines are the most numerous; what the threshold takes away needs no rays.
     strong = lines.take(survivors(lines, threshold, unit, p90))
     return fade(view.unhidden(strong, sample_pixels), threshold, unit, p90)
@@ -166,15 +163,6 @@ def _chosen(model: "Model", view: "View", preset: str, asked: tuple[LineFamily, 
     families = tuple(family for family in choice.families if family in allowed) + wanted
     score, evaluations = (choice.optimum.score, choice.optimum.evaluations) if choice.optimum else (None, 0)
     return Plan(families, choice.thresholds, choice.p90, choice.strokes, score, evaluations)
-
-
-def _long(creases: Floats) -> Mask:
-    """(S,) True for (S, 2, 3) creases that are connected to enough others to be a line and not a rough spot."""
-    from ncmodel.geometry.strokes import connected
-
-    run = connected(creases)
-    length = np.bincount(run, np.linalg.norm(creases[:, 1] - creases[:, 0], axis=1))
-    return np.asarray((np.bincount(run)[run] >= CREASE_EDGES) | (length[run] >= CREASE_LENGTH))
 
 
 def _percentile(view: "View", family: LineFamily, plan: Plan) -> float:

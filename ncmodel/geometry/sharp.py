@@ -5,8 +5,6 @@ other lines with them. Parted at edges sharper than an angle, each side keeps it
 end at those edges. That suits drawings that show creases, too: where a part ends, the crease is the outline.
 """
 
-import math
-
 import numpy as np
 from numba import njit
 
@@ -14,25 +12,47 @@ from ncmodel.geometry.areas import Indices, sides_of
 from ncmodel.geometry.edges import Edges
 from ncmodel.geometry.raycast import RayScene
 from ncmodel.geometry.rings import Rings
+from ncmodel.geometry.strokes import connected
 from ncmodel.geometry.surface import CREASE_ANGLE, Surface
 from ncmodel.geometry.union_find import root
 from ncmodel.stages import timed
 from ncmodel.types import Floats, Ints, Mask, Mesh
 
+CREASE_EDGES = 16
+CREASE_LENGTH = 0.05
+"""Connected creases of fewer edges than `CREASE_EDGES`, and shorter than this share of the object, are roughness."""
+
 
 def parted(surface: Surface, angle_degrees: float) -> Surface:
-    """The surface parted at edges sharper than `angle_degrees`; `surface` itself if it has none."""
-    vertices, faces, normals = surface.mesh.vertices, surface.faces, surface.normals
-    angle = math.radians(angle_degrees)
-    with timed(surface.trace, "parted"):
-        # The faces at such an edge can't both be within half the angle of the normal at its ends.
-        suspects = np.flatnonzero(_strays(vertices, faces, normals, math.cos(angle / 2)))
-    if len(suspects) == 0:
+    """The surface parted at its creases, edges sharper than `angle_degrees`; `surface` itself if it has none.
+
+    It is made once for each angle.
+    """
+    if angle_degrees not in surface.parted:
+        creases, rings, normals = surface.creases(angle_degrees), surface.rings, surface.normals
+        with timed(surface.trace, "parted"):
+            surface.parted[angle_degrees] = _parted_at(surface, creases.ends, rings, normals)
+    return surface.parted[angle_degrees]
+
+
+def are_lines(creases: Floats) -> Mask:
+    """(S,) True for (S, 2, 3) creases that are connected to enough others to be a line and not a rough spot."""
+    run = connected(creases)
+    length = np.bincount(run, np.linalg.norm(creases[:, 1] - creases[:, 0], axis=1))
+    return np.asarray((np.bincount(run)[run] >= CREASE_EDGES) | (length[run] >= CREASE_LENGTH))
+
+
+def _parted_at(surface: Surface, ends: Ints, rings: Rings, normals: Floats) -> Surface:
+    """The surface parted at those of the edges with the given (n, 2) ends that are lines."""
+    vertices, faces, count = surface.mesh.vertices, surface.faces, len(surface.mesh.vertices)
+    ends = ends[are_lines(vertices[ends])]
+    creases = np.unique(ends.min(axis=1) * count + ends.max(axis=1))
+    # Where a sheet's two sides share vertices, their normals cancel, and some face looks away from what is left.
+    suspects = np.union1d(ends, np.flatnonzero(_strays(vertices, faces, normals)))
+    new_faces, doubled = _part(vertices, faces, rings, suspects, creases)
+    if len(doubled) == 0:
         return surface
-    rings = surface.rings
-    with timed(surface.trace, "parted"):
-        new_faces, doubled = _part(vertices, faces, rings, suspects, math.cos(angle))
-        return _Parted(surface, np.concatenate([vertices, vertices[doubled]]), new_faces)
+    return _Parted(surface, np.concatenate([vertices, vertices[doubled]]), new_faces)
 
 
 class _Parted(Surface):
@@ -40,7 +60,7 @@ class _Parted(Surface):
 
     def __init__(self, whole: Surface, vertices: Floats, faces: Indices) -> None:
         mesh = Mesh(vertices, faces.astype(np.int64), whole.mesh.name, whole.mesh.notes)
-        super().__init__(mesh, whole.trace)
+        super().__init__(mesh, whole.trace, whole.sizing)
         self.whole = whole
 
     @property
@@ -60,32 +80,31 @@ class _Parted(Surface):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _strays(vertices: Floats, faces: Indices, normals: Floats, least_cosine: float) -> Mask:
-    """(V,) True where a face's normal is off the vertex normal by more than the angle of that cosine."""
+def _strays(vertices: Floats, faces: Indices, normals: Floats) -> Mask:
+    """(V,) True where a face looks away from the vertex normal."""
     found = np.zeros(len(vertices), dtype=np.bool_)
     for f in range(len(faces)):
-        (x, y, z), flat = _flat_normal(vertices, faces, f)
-        if flat:
-            continue
+        sides, flat = sides_of(vertices, faces[f, 0], faces[f, 1], faces[f, 2])
         for c in range(3):
             v = faces[f, c]
-            found[v] |= x * normals[v, 0] + y * normals[v, 1] + z * normals[v, 2] < least_cosine
+            off = sides[9] * normals[v, 0] + sides[10] * normals[v, 1] + sides[11] * normals[v, 2]
+            found[v] |= off < 0.0 and not flat
     return found
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _flat_normal(vertices: Floats, faces: Indices, f: int) -> tuple[tuple[float, float, float], bool]:
-    """The unit normal of a face, and whether it is degenerate and has none."""
-    sides, flat = sides_of(vertices, faces[f, 0], faces[f, 1], faces[f, 2])
-    length = 1.0 if flat else math.sqrt(sides[9] ** 2 + sides[10] ** 2 + sides[11] ** 2)
-    return (sides[9] / length, sides[10] / length, sides[11] / length), flat
+def _part(vertices: Floats, faces: Indices, rings: Rings, suspects: Ints, creases: Ints) -> tuple[Indices, Ints]:
+    """Part the corners around each of the vertices `suspects` into fans of faces joined by edges that are no creases.
 
+    Faces that run along their edge in the same direction, faces and their copies turned over, and degenerate faces
+    aren't joined either.
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _part(vertices: Floats, faces: Indices, rings: Rings, suspects: Ints, least_cosine: float) -> tuple[Indices, Ints]:
-    """Part the corners around each of `suspects` into fans of faces joined by edges that aren't sharp.
-
-    Faces that run along their edge in the same direction, as copies turned over do, aren't joined.
+    Args:
+        vertices: (V, 3).
+        faces: (F, 3).
+        rings: The faces around each vertex.
+        suspects: The vertices.
+        creases: Edges, lower end * V + higher end, in ascending order.
 
     Returns:
         The faces with new vertices for all fans but the first of a vertex, and the vertex that each new one doubles.
@@ -100,9 +119,14 @@ def _part(vertices: Floats, faces: Indices, rings: Rings, suspects: Ints, least_
             link[m], arriving[around[m, 1]] = arriving[around[m, 1]], m
         for m in range(starts[v], starts[v + 1]):
             # Corners n whose face has the edge to m's next vertex in the opposite direction.
-            n = arriving[around[m, 0]]
+            far = around[m, 0]
+            key = min(v, far) * len(vertices) + max(v, far)
+            place = np.searchsorted(creases, key)
+            smooth = place == len(creases) or creases[place] != key
+            n = arriving[far]
             while n >= 0:
-                if _cosine(vertices, faces, face[m], face[n]) >= least_cosine:
+                copy = around[n, 0] == around[m, 1]
+                if smooth and not (copy or _is_flat(vertices, faces, face[m]) or _is_flat(vertices, faces, face[n])):
                     a, b = root(fan, m), root(fan, n)
                     fan[max(a, b)] = min(a, b)
                 n = link[n]
@@ -118,11 +142,9 @@ def _part(vertices: Floats, faces: Indices, rings: Rings, suspects: Ints, least_
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _cosine(vertices: Floats, faces: Indices, one: int, other: int) -> float:
-    """Cosine of the angle between two faces' normals; -1 if one is degenerate."""
-    (ax, ay, az), flat_a = _flat_normal(vertices, faces, one)
-    (bx, by, bz), flat_b = _flat_normal(vertices, faces, other)
-    return -1.0 if flat_a or flat_b else ax * bx + ay * by + az * bz
+def _is_flat(vertices: Floats, faces: Indices, f: int) -> bool:
+    """Whether a face is degenerate."""
+    return sides_of(vertices, faces[f, 0], faces[f, 1], faces[f, 2])[1]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

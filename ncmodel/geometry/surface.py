@@ -2,7 +2,7 @@
 
 import math
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from ncmodel.geometry.raycast import RayScene
 
 
+Sizing = Literal["sampled", "percentile"]
+
 CREASE_ANGLE = 40.0
 """Degrees between the normals of adjacent faces above which their edge is a crease."""
 
@@ -27,12 +29,15 @@ class Surface:
     Args:
         mesh: The mesh, in object space.
         trace: Where to record what was computed; a new one by default.
+        sizing: How the feature size is found: "sampled" as rtsc does it, or "percentile" over the whole surface, which
+            depends neither on the order of vertices nor on how densely parts are meshed.
     """
 
-    def __init__(self, mesh: Mesh, trace: Trace | None = None) -> None:
-        self.mesh = mesh
+    def __init__(self, mesh: Mesh, trace: Trace | None = None, sizing: Sizing = "sampled") -> None:
+        self.mesh, self.sizing = mesh, sizing
         self.trace = trace if trace is not None else Trace()
         self._creases: dict[float, edges.Edges] = {}
+        self.parted: dict[float, Surface] = {}  # crease angle -> what `geometry.sharp` made of this surface
 
     @stage
     def faces(self) -> areas.Indices:
@@ -92,13 +97,10 @@ class Surface:
 
     @stage
     def feature_size(self) -> float:
-        """The feature size as rtsc has it: what its thresholds are multiplied with."""
+        """The length that makes thresholds dimensionless."""
+        if self.sizing == "percentile":
+            return percentile_feature_size(self.curvatures, self.point_areas, self.enclosing_radius)
         return sampled_feature_size(self.curvatures, self.enclosing_radius)
-
-    @stage
-    def percentile_feature_size(self) -> float:
-        """A feature size that depends neither on vertex order nor on how densely parts are meshed."""
-        return percentile_feature_size(self.curvatures, self.point_areas, self.enclosing_radius)
 
     @stage
     def ridges_and_valleys(self) -> tuple[LineSet, LineSet]:
