@@ -60,7 +60,7 @@ def test_sizes_of_a_sphere() -> None:
     """0.01 R, capped by 0.05 R."""
     surface = Surface(Mesh(*analytic.icosphere(4, 0.5)))
     assert surface.feature_size == pytest.approx(0.005, rel=1e-9)
-    assert surface.percentile_feature_size == pytest.approx(0.005, rel=1e-9)
+    assert Surface(surface.mesh, sizing="percentile").feature_size == pytest.approx(0.005, rel=1e-9)
 
 
 def crowded_torus(rings: int, sides: int, crowding: float) -> tuple[Floats, Ints]:
@@ -76,12 +76,13 @@ def test_percentile_size_depends_on_the_surface_and_not_on_its_mesh() -> None:
     """The same for even and crowded vertices and in any order, where the sampled size isn't."""
     order = np.random.default_rng(2).permutation(96 * 192)
     vertices, faces = crowded_torus(96, 192, 0.8)
-    even = Surface(Mesh(*crowded_torus(96, 192, 0.0)))
-    crowded = Surface(Mesh(vertices, faces))
-    shuffled = Surface(Mesh(vertices[order], np.argsort(order)[faces]))
-    assert crowded.percentile_feature_size == pytest.approx(even.percentile_feature_size, rel=0.05)
-    assert shuffled.percentile_feature_size == pytest.approx(crowded.percentile_feature_size, rel=1e-9)
-    assert crowded.feature_size != pytest.approx(even.feature_size, rel=0.2)
+    even = Mesh(*crowded_torus(96, 192, 0.0))
+    crowded = Mesh(vertices, faces)
+    shuffled = Mesh(vertices[order], np.argsort(order)[faces])
+    sizes = [Surface(mesh, sizing="percentile").feature_size for mesh in (even, crowded, shuffled)]
+    assert sizes[1] == pytest.approx(sizes[0], rel=0.05)
+    assert sizes[2] == pytest.approx(sizes[1], rel=1e-9)
+    assert Surface(crowded).feature_size != pytest.approx(Surface(even).feature_size, rel=0.2)
 
 
 def test_no_curvature_leaves_the_cap() -> None:

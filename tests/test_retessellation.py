@@ -13,7 +13,7 @@ from eval.metrics import Lines, compare_lines
 from eval.raster import thin_lines
 from ncmodel.camera import Camera
 from ncmodel.draw import draw
-from ncmodel.geometry.surface import Surface
+from ncmodel.geometry.surface import Sizing, Surface
 from ncmodel.types import Floats, Ints, LineFamily, Mesh, Thresholds
 from tests import analytic
 
@@ -60,10 +60,8 @@ def tessellations(scale: int) -> dict[str, Mesh]:
 
 def table(scale: int, robust: bool) -> dict[LineFamily, dict[str, float]]:
     """F1 between drawings of each pair of meshes, by family; with the percentile feature size if `robust`."""
-    surfaces = {name: Surface(mesh) for name, mesh in tessellations(scale).items()}
-    if robust:
-        for surface in surfaces.values():
-            surface.__dict__["feature_size"] = surface.percentile_feature_size
+    sizing: Sizing = "percentile" if robust else "sampled"
+    surfaces = {name: Surface(mesh, sizing=sizing) for name, mesh in tessellations(scale).items()}
     camera = Camera.orbit(surfaces["uniform"].mesh.vertices)
     result: dict[LineFamily, dict[str, float]] = {}
     for family in LEAST_F1:
