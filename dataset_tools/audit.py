@@ -166,10 +166,12 @@ def _contested(found: Audit, data_dir: Path | None) -> list[Block]:
     split.sort(key=lambda verdict: (max(verdict.votes.values()) / verdict.total, -verdict.total, verdict.item))
     rows = [(verdict.item.name, Cell(str(verdict.total), verdict.total), _spelt(verdict)) for verdict in split]
     blocks: list[Block] = []
-    for verdict in split[:MOST_CONTESTED] if data_dir else ():
-        assert data_dir is not None
-        if view_folder(data_dir, verdict.item).is_dir():
-            blocks.append(Grid(_tiles(data_dir, verdict), f"{verdict.item.name}: {_spelt(verdict)}", columns=9, max_side=256))
+    if data_dir is not None:
+        shown = [verdict for verdict in split if view_folder(data_dir, verdict.item).is_dir()][:MOST_CONTESTED]
+        blocks += [
+            Grid(_tiles(data_dir, verdict), f"{verdict.item.name}: {_spelt(verdict)}", columns=9, max_side=256)
+            for verdict in shown
+        ]
     blocks.append(Fold(f"all {len(split)}", [Table(["item", "votes", "for"], rows)]))
     return blocks
 

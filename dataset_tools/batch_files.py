@@ -144,9 +144,10 @@ class BatchWriter:
         return row
 
     def _address(self, picture: Path) -> str:
-        if not self.look.embed:
-            return self.look.base_url + picture.name
-        return "data:image/png;base64," + base64.b64encode(picture.read_bytes()).decode("ascii")
+        if self.look.embed:
+            return "data:image/png;base64," + base64.b64encode(picture.read_bytes()).decode("ascii")
+        base = self.look.base_url
+        return (base if base.endswith("/") or not base else f"{base}/") + picture.name
 
 
 @contextmanager

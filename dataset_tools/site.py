@@ -123,8 +123,8 @@ class Site:
         if parameters is None:
             text = "Please use the link that your recruiting service gave you."
             return self._message("This link isn't complete", text, 400)
-        values = {"settings": self.settings, "parameters": parameters, "message": ""}
-        return HTMLResponse(render("site_consent.html.j2", **values), headers=headers())
+        page = render("site_consent.html.j2", settings=self.settings, parameters=parameters)
+        return HTMLResponse(page, headers=headers())
 
     async def start(self, request: Request) -> Response:
         """Agreed: hand out a questionnaire."""
@@ -187,9 +187,7 @@ class Site:
         if entry is None or entry.state is not State.ACTIVE:
             return self._closed(request, entry)
         if not _knows(request, given.get("nc_secret", "")):
-            return self._message(
-                "This form is out of date", "Please go back to the questions and send them again.", 403
-            )
+            return self._message("This form is out of date", "Please open the questions and send them again.", 403)
         spent = parse_seconds(given.get("seconds", ""))
         sent = {
             name: (given[name], spent.get(name, 0.0))

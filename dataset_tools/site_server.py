@@ -3,6 +3,7 @@
 import os
 import re
 import secrets
+import socket
 import sys
 import time
 from collections.abc import Mapping, Sequence
@@ -19,6 +20,8 @@ from dataset_tools.site_batch import SiteBatch
 from dataset_tools.site_guard import Guard
 from dataset_tools.site_store import Policy, SiteStore
 from ncmodel.errors import InputError, UsageError
+
+LOOPBACK = ("127.0.0.1", "::1", "localhost")
 
 
 @dataclass(frozen=True)
@@ -101,14 +104,21 @@ def serve(files: SiteFiles, settings: Settings, policy: Policy, host: str, port:
         proxy_headers=bool(settings.public_url), timeout_keep_alive=30, limit_concurrency=2000,
     )  # fmt: skip
     try:
-        socket = config.bind_socket()
-    except SystemExit as error:
-        raise UsageError(f"--port: {host}:{port} can't be listened on, expected a free port") from error
-    sys.stderr.write(_greeting(host, socket.getsockname()[1], settings, files))
-    try:
-        uvicorn.Server(config).run(sockets=[socket])
+        with _listening(host, port) as listener:
+            sys.stderr.write(_greeting(host, listener.getsockname()[1], settings, files))
+            uvicorn.Server(config).run(sockets=[listener])
     finally:
         store.close()
+
+
+def _listening(host: str, port: int) -> socket.socket:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        return socket.create_server((host, port), family=family, backlog=2048)
+    except OSError as error:
+        raise UsageError(
+            f"--port: {host}:{port} can't be listened on ({error.strerror}), expected a free one"
+        ) from error
 
 
 def site_parameters(text: str) -> tuple[str, ...]:
@@ -144,8 +154,9 @@ def _greeting(host: str, port: int, settings: Settings, files: SiteFiles) -> str
     link = f"{settings.public_url or here}/?" + "&".join(f"{name}=..." for name in settings.parameters)
     lines = [f"participants: {link}", f"requester: {settings.public_url or here}/admin, token in {files.token}"]
     if not settings.public_url:
+        reach = "only this machine can reach it" if host in LOOPBACK else "WITHOUT TLS: answers can be read on the way"
         lines.append(
-            "only this machine can reach it; to open it to others put a proxy with TLS (caddy, nginx) before this "
-            "address and start again with --public-url https://YOUR.HOST"
+            f"{reach}; to open it to others put a proxy with TLS (caddy, nginx) before this address on loopback and "
+            "start again with --public-url https://YOUR.HOST"
         )
     return "".join(f"{line}\n" for line in lines)

@@ -6,6 +6,7 @@ returns: what was acknowledged survives a crash of the server or the machine.
 
 import hashlib
 import json
+import os
 import secrets
 import sqlite3
 import threading
@@ -121,15 +122,15 @@ class SiteStore:
             parameters: All recruiting parameters.
 
         Returns:
-            The session's secret; or why there is none: the worker has started before (perhaps in another browser), is
-            done, or all questionnaires are taken.
+            The session's secret; or why there is none: the worker has begun to answer (perhaps in another browser),
+            is done, or all questionnaires are taken.
         """
         secret, now = secrets.token_urlsafe(32), self._clock()
         with self._change() as db:
             self._release(db, now)
-            query = "SELECT state FROM participants WHERE worker = ? AND state <> 'abandoned'"
-            for (state,) in db.execute(query, (worker,)):
-                return Refusal.DONE if state == State.FINISHED else Refusal.ELSEWHERE
+            known = _entry(db, "state <> 'abandoned' AND worker = ?", worker)
+            if known is not None:
+                return self._again(db, known, secret)
             questionnaire = self._free(db)
             if questionnaire is None:
                 return Refusal.FULL
@@ -138,6 +139,15 @@ class SiteStore:
                 "VALUES (?, ?, ?, ?, ?, 'active', ?, ?)",
                 (secrets.token_hex(12), _hash(secret), worker, json.dumps(dict(parameters)), questionnaire, now, now),
             )
+        return secret
+
+    def _again(self, db: sqlite3.Connection, entry: Entry, secret: str) -> str | Refusal:
+        """Somebody who has begun begins again: goes on with a new secret as long as there is no answer to protect."""
+        if entry.state is State.FINISHED:
+            return Refusal.DONE
+        if db.execute("SELECT 1 FROM answers WHERE participant = ?", (entry.id,)).fetchone():
+            return Refusal.ELSEWHERE
+        db.execute("UPDATE participants SET token = ?, seen = ? WHERE id = ?", (_hash(secret), self._clock(), entry.id))
         return secret
 
     def find(self, secret: str) -> Entry | None:
@@ -266,12 +276,11 @@ def _hash(secret: str) -> str:
 
 def _open(path: Path) -> sqlite3.Connection:
     try:
-        new = not path.exists() or path.stat().st_size == 0
+        # Answers are nobody else's business; the files that SQLite adds get the same permissions.
+        os.close(os.open(path, os.O_RDWR | os.O_CREAT, 0o600))
         db = sqlite3.connect(path, isolation_level=None, check_same_thread=False, timeout=30.0)
-        if not new:
+        if path.stat().st_size:
             check_format(db, path)
-        else:
-            path.chmod(0o600)  # answers are nobody else's business
         db.execute("PRAGMA journal_mode = WAL")
         db.execute("PRAGMA synchronous = FULL")
         db.execute("PRAGMA foreign_keys = ON")

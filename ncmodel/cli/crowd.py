@@ -114,10 +114,13 @@ def serve(
     ] = None,
 ) -> None:
     """Serve a batch as a web site of its own, for participants of Prolific or anybody with the link."""
-    from dataset_tools.site import CONSENT, Settings
-    from dataset_tools.site_server import SiteFiles, read_consent, site_parameters
-    from dataset_tools.site_server import serve as serve_site
-    from dataset_tools.site_store import Policy
+    try:
+        from dataset_tools.site import CONSENT, Settings
+        from dataset_tools.site_server import SiteFiles, read_consent, site_parameters
+        from dataset_tools.site_server import serve as serve_site
+        from dataset_tools.site_store import Policy
+    except ModuleNotFoundError as error:
+        raise UsageError(f"{error.name} is not installed; `pip install neural-contours[site]` brings it") from error
 
     if abandoned_after <= 0:
         raise UsageError(f"--abandoned-after is {abandoned_after}, expected minutes > 0")
