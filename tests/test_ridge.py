@@ -39,11 +39,10 @@ def test_a_straight_line_is_found_where_it_is(angle: float, offset: float) -> No
     middle = SIDE / 2 + offset * normal
     ends = np.concatenate([middle - 30 * direction, middle + 30 * direction])
     found = find_ridges(lines(tuple(ends.tolist())))
-    off = np.abs((found.points - middle) @ normal)
-    assert off.mean() < 0.12
-    assert np.percentile(off, 95) < 0.5
-    assert off.max() < 2.0  # a spur at a rounded end
-    assert length(found.points) == pytest.approx(60, abs=4)
+    off, along = np.abs((found.points - middle) @ normal), np.abs((found.points - middle) @ direction)
+    assert off[along < 28].max() < 0.3
+    assert off.max() < 2.5  # spurs at the rounded ends
+    assert 58 < length(found.points) < 72
 
 
 def test_a_circle_is_one_closed_line() -> None:

@@ -159,7 +159,7 @@ PRESETS = {
             "tiny",
             TranslationDims(size=256, width=8),
             RankingDims(size=128, width=8),
-            ranker=Rates(2e-3, batch=32, epochs=24),
+            ranker=Rates(3e-3, batch=32, epochs=24),
             translator=Rates(2e-3, batch=2, epochs=6),
             finetune=Rates(1e-4, batch=32, epochs=1),
             variation=Variation(quarter_turns=True),
