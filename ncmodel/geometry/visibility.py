@@ -10,6 +10,9 @@ on either side of the face. Two kinds of faces are no occluders:
   faces. Where that surface turns from the eye, about half of a contour lies on faces that look away and that their
   neighbours hide. Such a neighbour is near, by the size of the face, turned the same way, and near the turn itself.
 
+An edge of the mesh may run a fraction of a pixel inside the outline that it belongs to, behind the next face: it is seen
+if it would be when moved that far to one of its sides.
+
 What is left of the faces' roughness is smoothed along the chained lines: a gap of few pixels that something near makes
 is closed, and a speck of line in the middle of a hidden part is dropped.
 """
@@ -47,6 +50,8 @@ REACH = 3.0
 """Faces of the same fold are at most this many face sizes, along the line of sight, before the sample."""
 SAME_WAY = 0.5
 """Faces of the same fold have normals with a cosine above this."""
+GRACE_PIXELS = 0.75
+"""A mesh edge that would be seen if it ran this far beside itself on the picture is part of an outline."""
 GAP_PIXELS = 3.0
 """Shorter gaps in a line are closed if what makes them is within `GAP_REACH` of it."""
 GAP_REACH = 10.0
@@ -132,7 +137,8 @@ class _Occlusion:
 
     def __init__(self, lines: LineSet, camera: Camera, scene: RayScene, smooth: Smooth | None) -> None:
         self.points, self.face, self.scene = lines.points, lines.face, scene
-        self.eye = np.asarray(camera.eye, dtype=np.float64)
+        self.eye, self.pixel = np.asarray(camera.eye, dtype=np.float64), 1.0 / camera.focal_pixels
+        self.on_edges = smooth is None
         self.surface = smooth or Smooth(scene.vertices, scene.faces, np.zeros((0, 3)))
         self.reach = _fold_reach(self.face, self.surface, self.eye) if smooth else np.zeros(len(lines))
 
@@ -143,7 +149,24 @@ class _Occlusion:
         hits = self.scene.hits(self.eye, points - self.eye)
         before = np.linalg.norm(points - self.eye, axis=1) - hits.distance
         touch = TOUCH * self.scene.radius
-        return _judge(points, self.face[segment], self.reach[segment], hits.face, before, self.surface, self.eye, touch)
+        state = _judge(
+            points, self.face[segment], self.reach[segment], hits.face, before, self.surface, self.eye, touch
+        )
+        if self.on_edges:
+            hidden = np.flatnonzero(state != _SEEN)
+            state[hidden[self._beside_is_free(points[hidden], segment[hidden])]] = _SEEN
+        return state
+
+    def _beside_is_free(self, points: Floats, segment: Ints) -> Mask:
+        """Whether nothing is met before points where they are moved a little to either side of their lines."""
+        away = points - self.eye
+        distance = np.linalg.norm(away, axis=1, keepdims=True)
+        aside = np.cross(away, self.points[segment, 1] - self.points[segment, 0])
+        aside *= self.pixel * GRACE_PIXELS * distance / np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), 1e-300)
+        free = np.zeros(len(points), dtype=np.bool_)
+        for side in (aside, -aside):
+            free |= self.scene.first_hit(self.eye, away + side)[0] >= distance[:, 0] - TOUCH * self.scene.radius
+        return free
 
 
 def _in_frame(points: Floats, camera: Camera, near: float) -> tuple[Floats, Floats]:
