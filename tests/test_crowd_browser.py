@@ -16,6 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import playwright.sync_api as playwright
 import pytest
 
 from dataset_tools.batch_files import Look
@@ -27,7 +28,6 @@ from dataset_tools.votes import read_votes
 from tests.crowd_data import make_artists, make_data
 from tests.turkle_server import PASSWORD, USER
 
-playwright = pytest.importorskip("playwright.sync_api")
 CHROMIUM = Path("/usr/bin/chromium")
 ARGUMENTS = [
     "--no-sandbox",
@@ -47,8 +47,7 @@ pytestmark = [
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    if not CHROMIUM.exists():
-        pytest.skip("chromium is not installed")
+    assert CHROMIUM.exists(), "these tests need chromium: apt-get install chromium"
     with playwright.sync_playwright() as runner:
         chromium = runner.chromium.launch(executable_path=str(CHROMIUM), args=ARGUMENTS)
         yield chromium
@@ -269,7 +268,6 @@ def call(url: str, token: str, record: dict[str, object] | None = None) -> str:
 
 def test_a_batch_on_a_real_turkle_server(browser: Any, data: Path, tmp_path: Path) -> None:
     """Upload template and tasks, answer one questionnaire in the browser, download the results, ingest them."""
-    pytest.importorskip("turkle")
     with pictures(tmp_path / "batch") as address, turkle(tmp_path) as (base, token):
         batch = make(data, tmp_path / "batch", Look(64, 64, base_url=address))
         template, tasks = (batch / "template.html").read_text(), (batch / "tasks.csv").read_text()
