@@ -1,0 +1,213 @@
+"""What hides points of lines from the eye, decided by one ray each.
+
+A point is hidden where its ray meets a face clearly before it, on either side of the face. Two kinds of faces are no
+occluders:
+
+* A face that contains the point. The point's distance to the face decides and not the depth along the ray, which
+  explodes on faces seen at a grazing angle. Shells that touch or coincide are covered by the same rule.
+* A face of the same fold. Lines are found on the smooth surface that interpolated normals describe, but rays meet flat
+  faces. Where that surface turns from the eye, about half of a contour lies on faces that look away and that their
+  neighbours hide. Such a neighbour is near, by the size of the face, turned the same way, and near the turn itself.
+
+An edge of the mesh may run a fraction of a pixel inside the outline that it belongs to, behind the next face: it is
+seen if it would be when moved that far to one of its sides.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ncmodel.camera import Camera
+from ncmodel.geometry.areas import Indices
+from ncmodel.geometry.raycast import RayScene
+from ncmodel.types import Floats, Ints, LineSet, Mask
+
+TOUCH = 1e-5
+"""A point nearer to a face than this, in radii of the mesh, lies on it."""
+ROUGHNESS = 2.0
+"""A face is near a fold if it could look away after turning this many times as far as it is off the smooth normals."""
+REACH = 3.0
+"""Faces of the same fold are at most this many face sizes, along the line of sight, before the sample."""
+SAME_WAY = 0.5
+"""Faces of the same fold have normals with a cosine above this."""
+GRACE_PIXELS = 0.75
+"""A mesh edge that would be seen if it ran this far beside itself on the picture is part of an outline."""
+GAP_REACH = 10.0
+"""As `REACH`, for what is near enough to be roughness of the surface itself."""
+
+HIDDEN, HIDDEN_NEARBY, SEEN = 0, 1, 2
+_Vector = tuple[float, float, float]
+
+
+class Smooth(NamedTuple):
+    """A smooth surface: the scene's faces, with normals to interpolate.
+
+    Attributes:
+        vertices: (V, 3).
+        faces: (F, 3) in the scene's order.
+        normals: (V, 3).
+    """
+
+    vertices: Floats
+    faces: Indices
+    normals: Floats
+
+
+class Occlusion:
+    """Tells which points of lines are hidden.
+
+    Args:
+        lines: Lines in front of the camera.
+        camera: Where the eye is.
+        scene: What hides them.
+        smooth: As `visible_pieces` takes it.
+    """
+
+    def __init__(self, lines: LineSet, camera: Camera, scene: RayScene, smooth: Smooth | None) -> None:
+        self.points, self.face, self.scene = lines.points, lines.face, scene
+        self.eye, self.pixel = np.asarray(camera.eye, dtype=np.float64), 1.0 / camera.focal_pixels
+        self.on_edges = smooth is None
+        self.surface = smooth or Smooth(scene.vertices, scene.faces, np.zeros((0, 3)))
+        self.reach = _fold_reach(self.face, self.surface, self.eye) if smooth else np.zeros(len(lines))
+
+    def state(self, segment: Ints, at: Floats) -> NDArray[np.int8]:
+        """(N,) hidden, hidden by something near, or seen, for the points `at` along segments."""
+        share = at[:, None]
+        points = self.points[segment, 0] * (1 - share) + self.points[segment, 1] * share
+        hits = self.scene.hits(self.eye, points - self.eye)
+        before = np.linalg.norm(points - self.eye, axis=1) - hits.distance
+        touch = TOUCH * self.scene.radius
+        state = _judge(
+            points, self.face[segment], self.reach[segment], hits.face, before, self.surface, self.eye, touch
+        )
+        if self.on_edges:
+            hidden = np.flatnonzero(state != SEEN)
+            state[hidden[self._beside_is_free(points[hidden], segment[hidden])]] = SEEN
+        return state
+
+    def _beside_is_free(self, points: Floats, segment: Ints) -> Mask:
+        """Whether nothing is met before points where they are moved a little to either side of their lines."""
+        away = points - self.eye
+        distance = np.linalg.norm(away, axis=1, keepdims=True)
+        aside = np.cross(away, self.points[segment, 1] - self.points[segment, 0])
+        aside *= self.pixel * GRACE_PIXELS * distance / np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), 1e-300)
+        free = np.zeros(len(points), dtype=np.bool_)
+        for side in (aside, -aside):
+            free |= self.scene.first_hit(self.eye, away + side)[0] >= distance[:, 0] - TOUCH * self.scene.radius
+        return free
+
+
+@njit(cache=True, nogil=True)
+def _fold_reach(face: Ints, surface: Smooth, eye: Floats) -> Floats:
+    """(S,) how far before a line on each `face` its own fold may be met; 0 where there is none."""
+    reach = np.zeros(len(face))
+    for s in range(len(face)):
+        if _near_fold(surface, face[s], eye, ROUGHNESS):
+            i, j, k = surface.faces[face[s], 0], surface.faces[face[s], 1], surface.faces[face[s], 2]
+            a, b, c = _row(surface.vertices, i), _row(surface.vertices, j), _row(surface.vertices, k)
+            flat, toward = _unit(_cross(_minus(b, a), _minus(c, a))), _unit(_minus((eye[0], eye[1], eye[2]), a))
+            lean = _dot(flat, toward)
+            along = _unit((toward[0] - lean * flat[0], toward[1] - lean * flat[1], toward[2] - lean * flat[2]))
+            at_b, at_c = _dot(_minus(b, a), along), _dot(_minus(c, a), along)
+            reach[s] = REACH * (max(0.0, at_b, at_c) - min(0.0, at_b, at_c))
+    return reach
+
+
+@njit(cache=True, nogil=True)
+def _near_fold(surface: Smooth, face: int, eye: Floats, roughness: float) -> bool:
+    """Whether the smooth surface may turn from the eye within a face or two.
+
+    The flat face is off the smooth surface by the angles between its normal and its corners'. If the surface faces the
+    eye, or turns from it, by more than a few of these, it doesn't.
+    """
+    vertices, faces, normals = surface
+    i, j, k = faces[face, 0], faces[face, 1], faces[face, 2]
+    a, b, c = _row(vertices, i), _row(vertices, j), _row(vertices, k)
+    toward = _unit(_minus((eye[0], eye[1], eye[2]), a))
+    lean = _dot(_unit(_cross(_minus(b, a), _minus(c, a))), toward)
+    low, high, off = np.inf, -np.inf, 0.0
+    for corner in (i, j, k):
+        facing = _dot(_row(normals, corner), toward)
+        low, high, off = min(low, facing), max(high, facing), max(off, abs(facing - lean))
+    return bool(max(low, -high) <= roughness * off)
+
+
+@njit(cache=True, nogil=True)
+def _judge(
+    points: Floats, face: Ints, reach: Floats, hit: Ints, before: Floats, surface: Smooth, eye: Floats, touch: float
+) -> NDArray[np.int8]:
+    """States of (N, 3) points on faces, given which faces their rays hit and how far before them."""
+    vertices, faces, _ = surface
+    state = np.full(len(points), SEEN, np.int8)
+    for n in range(len(points)):
+        if before[n] <= touch:
+            continue
+        point = _row(points, n)
+        i, j, k = faces[hit[n], 0], faces[hit[n], 1], faces[hit[n], 2]
+        if _distance_to_triangle(point, _row(vertices, i), _row(vertices, j), _row(vertices, k)) <= touch:
+            continue
+        if (
+            before[n] <= reach[n]
+            and _turned_alike(surface, face[n], hit[n])
+            and _near_fold(surface, hit[n], eye, 2 * ROUGHNESS)
+        ):
+            continue
+        state[n] = HIDDEN_NEARBY if before[n] <= reach[n] * GAP_REACH / REACH else HIDDEN
+    return state
+
+
+@njit(cache=True, nogil=True)
+def _turned_alike(surface: Smooth, one: int, other: int) -> bool:
+    """Whether the mean normals at two faces' corners are within the angle allowed for faces of one fold."""
+    normals = surface.normals
+    ax, ay, az, bx, by, bz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(3):
+        a, b = surface.faces[one, k], surface.faces[other, k]
+        ax, ay, az = ax + normals[a, 0], ay + normals[a, 1], az + normals[a, 2]
+        bx, by, bz = bx + normals[b, 0], by + normals[b, 1], bz + normals[b, 2]
+    squares = (ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz)
+    return bool(ax * bx + ay * by + az * bz > SAME_WAY * math.sqrt(squares))
+
+
+@njit(cache=True, nogil=True)
+def _distance_to_triangle(p: _Vector, a: _Vector, b: _Vector, c: _Vector) -> float:
+    """Distance of a point to a triangle, which may be degenerate."""
+    normal = _cross(_minus(b, a), _minus(c, a))
+    length = math.sqrt(_dot(normal, normal))
+    inside, nearest = length > 0.0, np.inf
+    for start, stop in ((a, b), (b, c), (c, a)):
+        side, way = _minus(stop, start), _minus(p, start)
+        inside = inside and _dot(_cross(side, way), normal) >= 0.0
+        along = min(max(_dot(way, side) / max(_dot(side, side), 1e-300), 0.0), 1.0)
+        off = (way[0] - along * side[0], way[1] - along * side[1], way[2] - along * side[2])
+        nearest = min(nearest, math.sqrt(_dot(off, off)))
+    return abs(_dot(_minus(p, a), normal)) / length if inside else nearest
+
+
+@njit(cache=True, nogil=True)
+def _row(rows: Floats, i: int) -> _Vector:
+    return rows[i, 0], rows[i, 1], rows[i, 2]
+
+
+@njit(cache=True, nogil=True)
+def _minus(a: _Vector, b: _Vector) -> _Vector:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@njit(cache=True, nogil=True)
+def _dot(a: _Vector, b: _Vector) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@njit(cache=True, nogil=True)
+def _cross(a: _Vector, b: _Vector) -> _Vector:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@njit(cache=True, nogil=True)
+def _unit(a: _Vector) -> _Vector:
+    length = max(math.sqrt(_dot(a, a)), 1e-300)
+    return a[0] / length, a[1] / length, a[2] / length
