@@ -77,27 +77,33 @@ def test_suggestive_strength_is_never_negative(view: View) -> None:
     assert not np.isnan(lines.strength).any()
 
 
-def test_contours_without_curvature_contain_those_with(view: View) -> None:
-    """What the sign of kr takes away is all that differs."""
-    silhouettes, lines = view.silhouettes, view.lines(LineFamily.CONTOURS)
-    assert set(lines.face) < set(silhouettes.face)
-
-    def length(segments: Floats) -> float:
-        return float(np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum())
-
-    hidden = [s for s in spec_oracle.zero_set(view.mesh.vertices, view.mesh.faces, view.n_dot_v, -view.kr, None, None)]
-    total = length(lines.points) + length(np.array([s[1] for s in hidden]))
-    assert total == pytest.approx(length(silhouettes.points), rel=1e-9)
+def length(segments: Floats) -> float:
+    return float(np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum())
 
 
-def test_front_is_nearer_tells_the_sign_of_radial_curvature() -> None:
-    """On a fine torus the test without curvature keeps what the test with it keeps, but for faces beside the change."""
+def test_the_sign_of_kr_parts_the_zeros_of_n_dot_v(view: View) -> None:
+    """Contours for kr and for -kr make up all of n.v = 0."""
+    vertices, faces, nv = view.mesh.vertices, view.surface.faces, view.n_dot_v
+    parts = [zero_sets.contours(vertices, faces, nv, kr).points for kr in (view.kr, -view.kr)]
+    assert min(map(length, parts)) > 0
+    assert sum(map(length, parts)) == pytest.approx(length(zero_sets.contours(vertices, faces, nv, None).points))
+
+
+def test_outlines_without_curvature_are_contours_with_it() -> None:
+    """On a fine torus, where half of n.v = 0 is hidden by the solid, all but the ends of lines agree."""
     view = seen(analytic.torus(96, 48))
-    silhouettes = view.silhouettes
-    nearer = zero_sets.front_is_nearer(silhouettes, view.mesh.vertices, view.surface.faces, view.n_dot_v, np.array(EYE))
-    with_kr = np.isin(silhouettes.face, view.lines(LineFamily.CONTOURS).face)
-    assert (nearer == with_kr).mean() > 0.98
-    assert 0.3 < nearer.mean() < 0.9
+    outlines, contours = view.outlines, view.lines(LineFamily.CONTOURS)
+    everything = zero_sets.contours(view.mesh.vertices, view.surface.faces, view.n_dot_v, None)
+    assert matched(outlines.face, outlines.points, contours.face, contours.points, 1e-9) > 0.98 * len(contours)
+    assert length(outlines.points) == pytest.approx(length(contours.points), rel=0.01)
+    assert length(contours.points) < 0.9 * length(everything.points)
+
+
+def test_outlines_of_a_sheet_are_all_zeros() -> None:
+    """Seen from behind, an open half of a torus has contours where a solid would hide them."""
+    vertices, faces = analytic.torus(48, 24)
+    view = seen((vertices, faces[: len(faces) // 2]))
+    assert len(view.outlines) > len(view.lines(LineFamily.CONTOURS))
 
 
 @pytest.mark.parametrize("subdivisions", [3, 4, 5])

@@ -24,7 +24,7 @@ from ncmodel.ridge import IMAGE_FAMILY
 from ncmodel.types import FILTERED_FAMILIES, Floats, Ints, LineFamily, Mesh
 from tests.analytic import monkey_saddle, torus
 
-GEOMETRY_STAGES = {"curvature", "dcurv", "silhouettes", "view_curvature", "line_maps", "threshold_search"}
+GEOMETRY_STAGES = {"curvature", "dcurv", "outlines", "view_curvature", "line_maps", "threshold_search"}
 
 ANY_RATES = Rates(1e-3, batch=16, epochs=1)
 PRESET = Preset(

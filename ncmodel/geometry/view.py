@@ -80,9 +80,19 @@ class View:
         return self.view_derivative[0]
 
     @stage
-    def silhouettes(self) -> LineSet:
-        """All of n.v = 0, from normals alone: the occluding contours and what a solid always hides of them."""
-        return zero_sets.contours(self.mesh.vertices, self.surface.faces, self.n_dot_v, None)
+    def facing_slope(self) -> Floats:
+        """(V,) derivative of n.v towards the eye: the sign of kr on contours, from normals alone."""
+        return view_curvature.facing_slope(self.mesh.vertices, self.surface.faces, self.n_dot_v, self.eye)
+
+    @stage
+    def outlines(self) -> LineSet:
+        """Occluding contours from normals alone.
+
+        A solid hides them where the surface behind their front-facing side is nearer; a sheet, which can be seen from
+        behind, keeps all of n.v = 0.
+        """
+        slope = self.facing_slope if self.surface.is_closed else None
+        return zero_sets.contours(self.mesh.vertices, self.surface.faces, self.n_dot_v, slope)
 
     @stage
     def buffers(self) -> ViewBuffers:
@@ -124,15 +134,10 @@ class View:
     def candidates(self, family: LineFamily) -> LineSet:
         """The lines of a family that may be seen, at threshold 0.
 
-        They are `lines` except for occluding contours, which come from `silhouettes`: rays tell what is hidden, so
-        curvature isn't needed.
+        They are `lines` except for occluding contours, which are `outlines`: rays tell what is hidden, so curvature
+        isn't needed.
         """
-        if family is not LineFamily.CONTOURS:
-            return self.lines(family)
-        lines, vertices, faces = self.silhouettes, self.mesh.vertices, self.surface.faces
-        if not self.surface.is_closed:
-            return lines  # seen from behind, a sheet has contours where a solid hides them
-        return lines.take(zero_sets.front_is_nearer(lines, vertices, faces, self.n_dot_v, self.eye))
+        return self.outlines if family is LineFamily.CONTOURS else self.lines(family)
 
     def unhidden(self, lines: LineSet, sample_pixels: float = 1.0) -> LineSet:
         """The parts of lines that the camera sees.
@@ -141,7 +146,8 @@ class View:
             lines: Any lines on the surface.
             sample_pixels: Distance along the picture of the points at which that is decided.
         """
-        from ncmodel.geometry.visibility import MESH_EDGES, Smooth, visible_pieces
+        from ncmodel.geometry.occlusion import Smooth
+        from ncmodel.geometry.visibility import MESH_EDGES, visible_pieces
 
         if len(lines) == 0:
             return lines

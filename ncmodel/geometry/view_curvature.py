@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numba import njit
 
-from ncmodel.geometry.areas import Indices
+from ncmodel.geometry.areas import Indices, sides_of
 from ncmodel.types import Floats
 
 GRAZING = 1e-8
@@ -32,6 +32,35 @@ def facing(vertices: Floats, normals: Floats, eye: Floats) -> Floats:
         length = math.sqrt(x * x + y * y + z * z)
         n_dot_v[i] = dot / length if length > TINY else 0.0
     return n_dot_v
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def facing_slope(vertices: Floats, faces: Indices, n_dot_v: Floats, eye: Floats) -> Floats:
+    """Derivative of n.v towards the eye (V,), in the mean over the faces around.
+
+    Where n.v = 0 it is the radial curvature, up to the error of both, but needs no curvature: it tells which side of a
+    contour is nearer to the eye.
+    """
+    slope = np.zeros(len(vertices))
+    area = np.zeros(len(vertices))
+    for f in range(len(faces)):
+        i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
+        sides, flat = sides_of(vertices, i, j, k)
+        if flat:
+            continue
+        ax, ay, az, bx, by, bz, cx, cy, cz, nx, ny, nz, _, _, _ = sides
+        # normal x (sum of side times value opposite) = |normal|^2 times the gradient of the linear interpolation
+        p, q, r = n_dot_v[i], n_dot_v[j], n_dot_v[k]
+        x, y, z = p * ax + q * bx + r * cx, p * ay + q * by + r * cy, p * az + q * bz + r * cz
+        x, y, z = ny * z - nz * y, nz * x - nx * z, nx * y - ny * x
+        weight = math.sqrt(nx * nx + ny * ny + nz * nz)
+        toward = x * (eye[0] - vertices[i, 0]) + y * (eye[1] - vertices[i, 1]) + z * (eye[2] - vertices[i, 2])
+        for v in (i, j, k):
+            slope[v] += toward / weight
+            area[v] += weight
+    for v in range(len(slope)):
+        slope[v] = slope[v] / area[v] if area[v] > 0.0 else 0.0
+    return slope
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from ncmodel.geometry.areas import Indices
-from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mask
+from ncmodel.types import Floats, Ints, LineFamily, LineSet
 
 VANISHING = 1e-30
 """Stands for a denominator that reaches 0 from below."""
@@ -19,25 +19,12 @@ def contours(vertices: Floats, faces: Indices, n_dot_v: Floats, kr: Floats | Non
         vertices: (V, 3).
         faces: (F, 3).
         n_dot_v: (V,).
-        kr: (V,) radial curvature, whose negative parts are left out because a solid hides them; None keeps all.
+        kr: (V,) radial curvature or what has its sign; negative parts are left out because a solid hides them. None
+            keeps all.
     """
     index, points, _, _ = _zero_set(vertices, faces, n_dot_v, _NONE if kr is None else kr, _NONE, _NONE)
     ones = np.ones((len(index), 2))
     return LineSet(LineFamily.CONTOURS, points, index, ones, ones)
-
-
-def front_is_nearer(lines: LineSet, vertices: Floats, faces: Indices, n_dot_v: Floats, eye: Floats) -> Mask:
-    """For contour segments (S,), whether the surface on their front-facing side lies towards the eye.
-
-    n.v rises towards the eye exactly where the radial curvature is positive, so in a solid only these can be seen. It
-    needs normals alone.
-    """
-    corners, values = vertices[faces[lines.face]], n_dot_v[faces[lines.face]]
-    opposite = corners[:, [2, 0, 1]] - corners[:, [1, 2, 0]]
-    area = np.cross(opposite[:, 0], opposite[:, 1])
-    # (area x e_j) / |area|^2 is the gradient of corner j's barycentric weight.
-    gradient = np.einsum("sj,sjx->sx", values, np.cross(area[:, None], opposite))
-    return np.asarray(np.einsum("sx,sx->s", gradient, eye - lines.points[:, 0]) >= 0.0)
 
 
 def suggestive_contours(
