@@ -3,18 +3,14 @@
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from ncmodel.cli import study
 from ncmodel.cli.common import emit, progress
-from ncmodel.errors import BatchError, InputError, UsageError
-
-if TYPE_CHECKING:
-    from dataset_tools.ingestion import Ingested
-
-MAX_SHOWN_PROBLEMS = 20
+from ncmodel.cli.ingested import emit_ingested
+from ncmodel.errors import InputError, UsageError
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print a summary as one JSON object.")]
 Seed = Annotated[int, typer.Option(help="Of everything random.")]
@@ -174,16 +170,6 @@ def ingest(
 
     done = ingest_results(batch_dir, results, output)
     emit_ingested(done, output, as_json)
-
-
-def emit_ingested(done: "Ingested", output: Path, as_json: bool) -> None:
-    """Tell what an ingestion did; its problems make the exit status 1."""
-    record = {**asdict(done), "problems": [str(problem) for problem in done.problems]}
-    emit(record, as_json, f"{done.assignments} questionnaires with {done.votes} votes added to {output}")
-    for problem in done.problems[:MAX_SHOWN_PROBLEMS]:
-        sys.stderr.write(f"{problem}\n")
-    if done.problems:
-        raise BatchError(f"{len(done.problems) + done.more_problems} problems in the results; all the rest was read")
 
 
 def aggregate(

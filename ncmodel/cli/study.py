@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from ncmodel.cli.common import emit
+from ncmodel.cli.ingested import emit_ingested
 from ncmodel.errors import UsageError
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print a summary as one JSON object.")]
@@ -68,7 +69,6 @@ def ingest(
     from dataset_tools.collect import read_results
     from dataset_tools.study import StudyKey
     from dataset_tools.study_answers import ingest_study
-    from ncmodel.cli.crowd import emit_ingested
 
     emit_ingested(ingest_study(read_results(results), StudyKey.load(batch_dir), output), output, as_json)
 
