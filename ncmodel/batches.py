@@ -33,6 +33,10 @@ class Batch:
     drawings: Tensor
     view: Tensor
 
+    def to(self, device: torch.device) -> "Batch":
+        """The same on another device."""
+        return Batch(self.maps.to(device), self.drawings.to(device), self.view.to(device))
+
 
 @dataclass(frozen=True, eq=False)
 class PairBatch:
@@ -47,6 +51,10 @@ class PairBatch:
     batch: Batch
     better: Tensor
     worse: Tensor
+
+    def to(self, device: torch.device) -> "PairBatch":
+        """The same on another device."""
+        return PairBatch(self.batch.to(device), self.better.to(device), self.worse.to(device))
 
 
 def load_batch(folder: DataFolder, wanted: Sequence[tuple[Item, int]], size: int) -> Batch:

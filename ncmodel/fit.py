@@ -1,4 +1,4 @@
-"""One training stage, pass by pass, that goes on where it was stopped and ends in the same bytes as uninterrupted.
+"""One training stage, pass by pass, that goes on where it was stopped and, on a CPU, ends in the same bytes as if not.
 
 The whole state (weights, Adam's moments, the best weights so far, the history) is written after every pass, atomically.
 All randomness of a pass comes from (seed, stage, pass), so the state needs no generator's inner state.
@@ -104,11 +104,8 @@ class _Trainer:
         decay = min(self.decay, self.steps / (self.steps + 9)) if self.decay else 0.0
         with torch.no_grad():
             for name, value in self.networks.state_dict().items():
-                mean = self.average[name]
-                if value.is_floating_point() and decay:
-                    mean.lerp_(value, 1 - decay)
-                else:
-                    mean.copy_(value)
+                if value.is_floating_point():  # and no counter of batches
+                    self.average[name].lerp_(value, 1 - decay)
         return loss.item()
 
     @contextmanager
@@ -173,8 +170,9 @@ def _over(begin: float, seconds: float | None) -> bool:
 
 @contextmanager
 def _deterministic() -> Iterator[None]:
+    """On a CPU, take the reproducible version of operations that torch has in several; for GPUs it lacks some."""
     before = torch.are_deterministic_algorithms_enabled()
-    torch.use_deterministic_algorithms(True)
+    torch.use_deterministic_algorithms(not torch.cuda.is_available())
     try:
         yield
     finally:
@@ -215,5 +213,7 @@ def _resume(plan: Plan, trainer: _Trainer) -> Progressed | None:
         moments.setdefault(int(index), {})[key] = tensor
     trainer.networks.load_state_dict(parts["now"])
     trainer.optimiser.load_state_dict({**trainer.optimiser.state_dict(), "state": moments})
-    trainer.average, trainer.steps = parts["average"], header["steps"]
+    for name, value in parts["average"].items():
+        trainer.average[name].copy_(value)
+    trainer.steps = header["steps"]
     return Progressed(header["history"], header["best_epoch"], parts["best"])

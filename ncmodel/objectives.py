@@ -58,7 +58,7 @@ class RankerObjective:
         """Measure the input scales."""
         items = sorted({pair.item for pair in self.training})[:SCALE_VIEWS]
         ends = {(pair.item, end) for pair in self.training for end in (pair.better, pair.worse) if pair.item in items}
-        batch = load_batch(self.folder, sorted(ends), self.ranker.dims.size)
+        batch = load_batch(self.folder, sorted(ends), self.ranker.dims.size).to(device_of(self.ranker))
         self.ranker.standardise_maps.fit(batch.maps)
         self.ranker.standardise_drawing.fit(batch.drawings)
 
@@ -68,7 +68,7 @@ class RankerObjective:
         return [lambda chunk=chunk: self._loss(chunk, rng) for chunk in chunks]  # type: ignore[misc]
 
     def _loss(self, chunk: Sequence[Pair], rng: np.random.Generator) -> Tensor:
-        pairs = load_pairs(self.folder, chunk, self.ranker.dims.size)
+        pairs = load_pairs(self.folder, chunk, self.ranker.dims.size).to(device_of(self.ranker))
         scores = score_batch(self.ranker, vary(pairs.batch, self.preset.variation, rng))
         return ranking_loss(scores[pairs.better], scores[pairs.worse])
 
@@ -100,6 +100,7 @@ class TranslatorObjective:
     def prepare(self) -> None:
         """Measure the input scales and the share of ink."""
         batch = load_batch(self.folder, self.training[:SCALE_VIEWS], self.translator.dims.size)
+        batch = batch.to(device_of(self.translator))
         self.translator.standardise.fit(batch.maps)
         self.translator.expect_ink(float(batch.drawings.mean()))
 
@@ -109,7 +110,7 @@ class TranslatorObjective:
         return [lambda chunk=chunk: self._loss(chunk, rng) for chunk in chunks]  # type: ignore[misc]
 
     def _loss(self, chunk: Sequence[tuple[Item, int]], rng: np.random.Generator) -> Tensor:
-        batch = load_batch(self.folder, chunk, self.translator.dims.size)
+        batch = load_batch(self.folder, chunk, self.translator.dims.size).to(device_of(self.translator))
         batch = vary(batch, self.preset.variation, rng)
         return cross_entropy(self.translator.logits(batch.maps), batch.drawings)
 
@@ -150,6 +151,7 @@ class FinetuneObjective:
 
     def _loss(self, chunk: Sequence[Pair], rng: np.random.Generator) -> Tensor:
         loaded = load_pairs(self.ranking.folder, chunk, self.preset.translation.size)
+        loaded = loaded.to(device_of(self.ranking.ranker))
         pairs = replace(loaded, batch=vary(loaded.batch, self.preset.variation, rng))
         losses = finetune_losses(self.ranking.ranker, self.translation.translator, pairs)
         return losses.ranking + losses.merged_ranking + losses.cross_entropy
@@ -196,6 +198,11 @@ def finetune_losses(ranker: RankingModule, translator: TranslationBranch, pairs:
     )
 
 
+def device_of(network: nn.Module) -> torch.device:
+    """Where a network's weights are, and its input must be."""
+    return next(network.parameters()).device
+
+
 def score_batch(ranker: RankingModule, batch: Batch) -> Tensor:
     """(M,) scores of a batch's drawings."""
     size = ranker.dims.size
@@ -211,7 +218,7 @@ def judge_pairs(ranker: RankingModule, folder: DataFolder, pairs: Sequence[Pair]
     better, worse = [], []
     ranker.eval()
     for chunk in even_chunks(sorted(pairs, key=lambda pair: pair.item), batch):
-        loaded: PairBatch = load_pairs(folder, chunk, ranker.dims.size)
+        loaded = load_pairs(folder, chunk, ranker.dims.size).to(device_of(ranker))
         scores = score_batch(ranker, loaded.batch)
         better.append(scores[loaded.better])
         worse.append(scores[loaded.worse])
@@ -225,6 +232,6 @@ def judge_views(translator: TranslationBranch, folder: DataFolder, views: Sequen
     if not views:
         return {}
     translator.eval()
-    batches = (load_batch(folder, [view], translator.dims.size) for view in views)
+    batches = (load_batch(folder, [view], translator.dims.size).to(device_of(translator)) for view in views)
     losses = [cross_entropy(translator.logits(b.maps), b.drawings) for b in batches]
     return {"cross_entropy": float(torch.stack(losses).mean())}

@@ -45,6 +45,7 @@ class TrainOptions:
             only training without it is reproducible.
         seed: Of initial weights, order and variation.
         restart: Forget an earlier training that wrote to the same place.
+        device: Where to compute: "cpu", "cuda", or another of torch's devices.
     """
 
     stages: tuple[str, ...] = STAGES
@@ -52,6 +53,7 @@ class TrainOptions:
     seconds: float | None = None
     seed: int = 0
     restart: bool = False
+    device: str = "cpu"
 
     def __post_init__(self) -> None:
         if not self.stages or any(stage not in STAGES for stage in self.stages):
@@ -62,6 +64,12 @@ class TrainOptions:
             raise UsageError(f"--seconds: found {self.seconds}, expected a positive number")
         if self.seed < 0:
             raise UsageError(f"--seed: found {self.seed}, expected 0 or more")
+        try:
+            torch.zeros(1, device=self.device)
+        except (RuntimeError, AssertionError) as error:
+            # torch's message may go on for many lines; the first one tells.
+            reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+            raise UsageError(f"--device: found {self.device!r}, which torch can't use: {reason}") from error
 
 
 @dataclass(frozen=True)
@@ -215,6 +223,8 @@ class _Run:
                 self.preset, self._new(TranslationBranch(self.preset.translation), stage), *shared
             )
         trained = copy.deepcopy(self.checkpoint)
+        for network in trained.networks.values():
+            network.to(self.options.device)
         if trained.ranker is None or trained.translator is None:
             missing = "ranker" if trained.ranker is None else "translator"
             raise UsageError(f"{self.out}: finetuning needs both networks; train --stage {missing} first")
@@ -227,7 +237,7 @@ class _Run:
             raise UsageError(f"{lost}; --restart trains anew")
         seed = np.random.SeedSequence([self.options.seed, STAGES.index(stage)]).generate_state(1)[0]
         initialise(network, torch.Generator().manual_seed(int(seed)))
-        return network
+        return network.to(self.options.device)
 
     def _keep(self, objective: Objective, done: Progressed) -> None:
         """Put a stage's networks into the checkpoint. What was finetuned on earlier ones is void."""

@@ -165,6 +165,15 @@ def test_stages_can_be_trained_one_by_one(data: Path, tmp_path: Path) -> None:
     assert (tmp_path / "once").read_bytes() == (tmp_path / "steps").read_bytes()
 
 
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="needs cuda")
+def test_a_gpu_learns_what_a_cpu_learns(data: Path, tmp_path: Path) -> None:
+    on_cpu, on_gpu = (run(data, tmp_path / device, device=device) for device in ("cpu", "cuda"))
+    for stage in ("ranker", "translator"):
+        losses = [[record["loss"] for record in report.history[stage]] for report in (on_cpu, on_gpu)]
+        np.testing.assert_allclose(losses[0], losses[1], rtol=0.05)
+    assert next(iter(load_checkpoint(tmp_path / "cuda").networks["ranker"].parameters())).device.type == "cpu"
+
+
 def test_a_time_budget_ends_training_early(data: Path, tmp_path: Path) -> None:
     report = run(data, tmp_path / "m.ckpt", epochs=10**6, seconds=0.2)
     assert all(1 <= stage.epochs < 10**5 for stage in report.stages)
@@ -223,7 +232,7 @@ def test_the_ranker_learns_what_people_like_on_shapes_it_never_saw(tmp_path: Pat
 
 def test_the_translator_learns_to_draw_the_outline(data: Path, tmp_path: Path) -> None:
     rates, dims = Rates(5e-3, batch=2, epochs=12), TranslationDims(size=48, width=4, levels=2, blocks=1)
-    preset = replace(MICRO, translation=dims, translator=rates)
+    preset = replace(MICRO, translation=dims, ranking=RankingDims(48, 2, (1, 1)), translator=rates)
     options = TrainOptions(stages=("translator",))
     report = run_training(data, data / "pairs.jsonl", tmp_path / "m.ckpt", preset, options)
     folder, translator = DataFolder(data, (48,)), load_checkpoint(tmp_path / "m.ckpt").translator
@@ -266,6 +275,7 @@ class TestCommand:
             (["--epochs", "0"], "--epochs: found 0, expected at least 1"),
             (["--seconds", "nan"], "--seconds: found nan, expected a positive number"),
             (["--seed", "-1"], "--seed: found -1, expected 0 or more"),
+            (["--device", "abacus"], "--device: found 'abacus', which torch can't use"),
             (["--preset", "huge"], "--preset: found 'huge', expected one of"),
             (["--stage", "finetune"], "finetuning needs both networks; train --stage ranker first"),
         ],

@@ -16,6 +16,7 @@ Epochs = Annotated[int | None, typer.Option(help="Passes over the data in each s
 Seconds = Annotated[float | None, typer.Option(help="Stop early after this long. Not reproducible.")]
 Seed = Annotated[int, typer.Option(help="Of initial weights, order and variation.")]
 Restart = Annotated[bool, typer.Option("--restart", help="Start over instead of going on with an earlier training.")]
+Device = Annotated[str, typer.Option(help="Where to compute: cpu, cuda, ...")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print what was done as JSON.")]
 
 
@@ -34,6 +35,7 @@ def train(
     seconds: Seconds = None,
     seed: Seed = 0,
     restart: Restart = False,
+    device: Device = "cpu",
     as_json: AsJson = False,
 ) -> None:
     """Train the ranking module and the image translation branch."""
@@ -41,7 +43,7 @@ def train(
     from ncmodel.nets.presets import preset_named
     from ncmodel.train import TrainOptions, run_training
 
-    options = TrainOptions(STAGES if stage == "all" else (stage,), epochs, seconds, seed, restart)
+    options = TrainOptions(STAGES if stage == "all" else (stage,), epochs, seconds, seed, restart, device)
     report = run_training(data, pairs, output, preset_named(preset), options, progress).to_record()
     emit(report, as_json, _summary(report))
 
