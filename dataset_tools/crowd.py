@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -51,7 +52,11 @@ def make_batch(
         drawings = artists_drawings(artists, items) if artists else _simulated(data_dir, items, scheme)
     origin = "artists" if artists else "simulated artists"
     settings = {"sentinels_from": origin} if scheme.sentinels else {}
-    return build_batch(Planner(data_dir, scheme, drawings, needs, fill), batch_dir, look, settings)
+    built = build_batch(Planner(data_dir, scheme, drawings, needs, fill), batch_dir, look, settings)
+    if artists is None and scheme.sentinels:
+        note = "sentinels show simulated artists' drawings; for a study with people give --artists"
+        built = replace(built, notes=(*built.notes, note))
+    return built
 
 
 def _simulated(data_dir: Path, items: Sequence[Item], scheme: Scheme) -> list[Drawing]:

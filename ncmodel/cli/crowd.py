@@ -3,7 +3,7 @@
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,6 +11,9 @@ from ncmodel.cli import study
 from ncmodel.cli.common import emit, progress
 from ncmodel.cli.ingested import emit_ingested
 from ncmodel.errors import InputError, UsageError
+
+if TYPE_CHECKING:
+    from dataset_tools.batch import Built
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print a summary as one JSON object.")]
 Seed = Annotated[int, typer.Option(help="Of everything random.")]
@@ -56,7 +59,10 @@ def build(
     drawing_side: DrawingSide = 512,
     render_side: RenderSide = 384,
     seed: Seed = 0,
-    as_json: AsJson = False,
+    as_json: if TYPE_CHECKING:
+    from dataset_tools.batch import Built
+
+AsJson = False,
 ) -> None:
     """Make questionnaires about all views of a data set: template.html, tasks.csv, images and key.json."""
     from dataset_tools.batch_files import Look
@@ -70,7 +76,7 @@ def build(
     _emit_built(make_batch(data_dir, batch_dir, needs, scheme, look, artists), batch_dir, as_json)
 
 
-def _emit_built(built: Any, batch_dir: Path, as_json: bool) -> None:
+def _emit_built(built: "Built", batch_dir: Path, as_json: bool) -> None:
     for note in built.notes:
         sys.stderr.write(f"note: {note}\n")
     text = (
@@ -143,7 +149,10 @@ def simulate(
     random_clickers: Annotated[float, typer.Option(help="Share of participants who click at random.")] = 0.15,
     noise: Annotated[float, typer.Option(help="Spread of the errors in judging distances.")] = 0.55,
     seed: Seed = 0,
-    as_json: AsJson = False,
+    as_json: if TYPE_CHECKING:
+    from dataset_tools.batch import Built
+
+AsJson = False,
 ) -> None:
     """Let simulated participants answer a batch; their results say that they are simulated."""
     from dataset_tools.crowd import simulate_batch
@@ -163,7 +172,10 @@ def ingest(
         list[Path], typer.Argument(help="Results files: CSV of Mechanical Turk or Turkle, or a site's database.")
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="Vote file to write or add to.")],
-    as_json: AsJson = False,
+    as_json: if TYPE_CHECKING:
+    from dataset_tools.batch import Built
+
+AsJson = False,
 ) -> None:
     """Read results into a vote file; what it holds already isn't read twice."""
     from dataset_tools.collect import ingest_results
@@ -183,7 +195,10 @@ def aggregate(
     held_out: Annotated[float, typer.Option(help="Share of shapes held out for validation.")] = 0.1,
     validation_shapes: Annotated[str, typer.Option(help="Comma-separated shapes to hold out instead.")] = "",
     seed: Seed = 0,
-    as_json: AsJson = False,
+    as_json: if TYPE_CHECKING:
+    from dataset_tools.batch import Built
+
+AsJson = False,
 ) -> None:
     """Turn votes into ranking pairs: reliable participants, consensus, shapes held out."""
     from dataset_tools.aggregate import Rules, write_pairs
@@ -226,7 +241,10 @@ def topup(
     drawing_side: DrawingSide = 512,
     render_side: RenderSide = 384,
     seed: Seed = 0,
-    as_json: AsJson = False,
+    as_json: if TYPE_CHECKING:
+    from dataset_tools.batch import Built
+
+AsJson = False,
 ) -> None:
     """Make questionnaires about exactly the items that are still short of votes."""
     from dataset_tools.batch_files import Look
@@ -247,7 +265,10 @@ def audit(
     votes: VotesFile,
     output: Annotated[Path, typer.Option("--output", "-o", help="HTML file to write.")],
     data: Annotated[Path | None, typer.Option(help="The data folder, to show the drawings of contested items.")] = None,
-    as_json: AsJson = False,
+    as_json: if TYPE_CHECKING:
+    from dataset_tools.batch import Built
+
+AsJson = False,
 ) -> None:
     """Look into the votes of a study: agreement, consensus, biases, times, participants, contested items."""
     from dataset_tools.aggregate import Rules
@@ -266,7 +287,10 @@ def review(
     votes: VotesFile,
     results: Annotated[Path, typer.Argument(help="Results CSV of Mechanical Turk.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="CSV to write.")],
-    as_json: AsJson = False,
+    as_json: if TYPE_CHECKING:
+    from dataset_tools.batch import Built
+
+AsJson = False,
 ) -> None:
     """Fill in the Approve and Reject columns of a results CSV, by who passed the sentinels."""
     from dataset_tools.reliability import assess
@@ -285,7 +309,10 @@ def trial(
     adversaries: Annotated[int, typer.Option(help="Simulated adversaries of each of ten kinds.")] = 6,
     items: Annotated[int, typer.Option(help="Views of the data folder to draw distances from.", min=1)] = 24,
     seed: Seed = 0,
-    as_json: AsJson = False,
+    as_json: if TYPE_CHECKING:
+    from dataset_tools.batch import Built
+
+AsJson = False,
 ) -> None:
     """Try the rules on a simulated crowd with adversaries: whom and what they keep, and what they exclude wrongly."""
     from dataset_tools.crowd import sample_distances
