@@ -59,10 +59,7 @@ def build(
     drawing_side: DrawingSide = 512,
     render_side: RenderSide = 384,
     seed: Seed = 0,
-    as_json: if TYPE_CHECKING:
-    from dataset_tools.batch import Built
-
-AsJson = False,
+    as_json: AsJson = False,
 ) -> None:
     """Make questionnaires about all views of a data set: template.html, tasks.csv, images and key.json."""
     from dataset_tools.batch_files import Look
@@ -149,10 +146,7 @@ def simulate(
     random_clickers: Annotated[float, typer.Option(help="Share of participants who click at random.")] = 0.15,
     noise: Annotated[float, typer.Option(help="Spread of the errors in judging distances.")] = 0.55,
     seed: Seed = 0,
-    as_json: if TYPE_CHECKING:
-    from dataset_tools.batch import Built
-
-AsJson = False,
+    as_json: AsJson = False,
 ) -> None:
     """Let simulated participants answer a batch; their results say that they are simulated."""
     from dataset_tools.crowd import simulate_batch
@@ -172,10 +166,7 @@ def ingest(
         list[Path], typer.Argument(help="Results files: CSV of Mechanical Turk or Turkle, or a site's database.")
     ],
     output: Annotated[Path, typer.Option("--output", "-o", help="Vote file to write or add to.")],
-    as_json: if TYPE_CHECKING:
-    from dataset_tools.batch import Built
-
-AsJson = False,
+    as_json: AsJson = False,
 ) -> None:
     """Read results into a vote file; what it holds already isn't read twice."""
     from dataset_tools.collect import ingest_results
@@ -195,10 +186,7 @@ def aggregate(
     held_out: Annotated[float, typer.Option(help="Share of shapes held out for validation.")] = 0.1,
     validation_shapes: Annotated[str, typer.Option(help="Comma-separated shapes to hold out instead.")] = "",
     seed: Seed = 0,
-    as_json: if TYPE_CHECKING:
-    from dataset_tools.batch import Built
-
-AsJson = False,
+    as_json: AsJson = False,
 ) -> None:
     """Turn votes into ranking pairs: reliable participants, consensus, shapes held out."""
     from dataset_tools.aggregate import Rules, write_pairs
@@ -241,10 +229,7 @@ def topup(
     drawing_side: DrawingSide = 512,
     render_side: RenderSide = 384,
     seed: Seed = 0,
-    as_json: if TYPE_CHECKING:
-    from dataset_tools.batch import Built
-
-AsJson = False,
+    as_json: AsJson = False,
 ) -> None:
     """Make questionnaires about exactly the items that are still short of votes."""
     from dataset_tools.batch_files import Look
@@ -265,10 +250,7 @@ def audit(
     votes: VotesFile,
     output: Annotated[Path, typer.Option("--output", "-o", help="HTML file to write.")],
     data: Annotated[Path | None, typer.Option(help="The data folder, to show the drawings of contested items.")] = None,
-    as_json: if TYPE_CHECKING:
-    from dataset_tools.batch import Built
-
-AsJson = False,
+    as_json: AsJson = False,
 ) -> None:
     """Look into the votes of a study: agreement, consensus, biases, times, participants, contested items."""
     from dataset_tools.aggregate import Rules
@@ -287,10 +269,7 @@ def review(
     votes: VotesFile,
     results: Annotated[Path, typer.Argument(help="Results CSV of Mechanical Turk.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="CSV to write.")],
-    as_json: if TYPE_CHECKING:
-    from dataset_tools.batch import Built
-
-AsJson = False,
+    as_json: AsJson = False,
 ) -> None:
     """Fill in the Approve and Reject columns of a results CSV, by who passed the sentinels."""
     from dataset_tools.reliability import assess
@@ -309,10 +288,7 @@ def trial(
     adversaries: Annotated[int, typer.Option(help="Simulated adversaries of each of ten kinds.")] = 6,
     items: Annotated[int, typer.Option(help="Views of the data folder to draw distances from.", min=1)] = 24,
     seed: Seed = 0,
-    as_json: if TYPE_CHECKING:
-    from dataset_tools.batch import Built
-
-AsJson = False,
+    as_json: AsJson = False,
 ) -> None:
     """Try the rules on a simulated crowd with adversaries: whom and what they keep, and what they exclude wrongly."""
     from dataset_tools.crowd import sample_distances
