@@ -119,6 +119,21 @@ def test_many_meshes_to_a_folder_with_a_contact_sheet(
     assert (sheet[256:] < 128).any()  # names
 
 
+def test_one_mesh_to_a_folder(mesh: Path, tmp_path: Path) -> None:
+    assert run(mesh, "-o", tmp_path / "new", "--format", "png", "--size", "64") == 0
+    assert run(mesh, "-o", tmp_path / "new", "--size", "64") == 0
+    assert {p.name for p in (tmp_path / "new").iterdir()} == {"torus.png", "torus.svg", "contact-sheet.png"}
+
+
+def test_infinite_threshold_is_no_number_in_json(
+    mesh: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(mesh, "-o", tmp_path / "a.svg", "--thresholds", "apparent=inf", "--json") == 0
+    record = json.loads(capsys.readouterr().out)
+    assert record["thresholds"]["apparent"] is None
+    assert "apparent" not in record["strokes"]
+
+
 def test_one_bad_mesh_does_not_stop_the_others(mesh: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bad = tmp_path / "bad.obj"
     bad.write_text("nothing\n", encoding="utf-8")

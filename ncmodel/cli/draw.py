@@ -1,6 +1,7 @@
 """`ncontours draw`: meshes in, drawings out."""
 
 import json
+import math
 import sys
 import time
 from collections import Counter
@@ -61,7 +62,9 @@ def draw(
         Path | None, typer.Option(help="Checkpoint that chooses families and thresholds, and adds lines of its own.")
     ] = None,
     preset: Annotated[str, typer.Option(help="draft, balanced or accurate.")] = "balanced",
-    suffix: Annotated[str, typer.Option("--format", help="In a folder: svg, png or pdf.")] = "svg",
+    suffix: Annotated[
+        str | None, typer.Option("--format", help="svg, png or pdf: write to a folder, even one mesh (default svg).")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print what was computed as JSON.")] = False,
 ) -> None:
     """Draw the lines of shapes."""
@@ -76,7 +79,7 @@ def draw(
         camera=_camera(camera, azimuth, elevation, size),
         style={"width": width, "background": background},
         sort=sort,
-        suffix=suffix,
+        suffix=suffix or "svg",
         as_json=as_json,
         options={
             **_what(lines, thresholds),
@@ -87,7 +90,7 @@ def draw(
             **{name: value for name, value in given.items() if value is not None},
         },
     )
-    if len(meshes) > 1 or output.is_dir():
+    if len(meshes) > 1 or output.is_dir() or suffix is not None:
         _draw_folder(job, meshes)
     else:
         _draw_file(job, meshes[0])
@@ -220,7 +223,7 @@ def _record(mesh: Path, output: Path, drawing: "Drawing", seconds: float) -> dic
         "width": drawing.width,
         "height": drawing.height,
         "families": [family.value for family in plan.drawn],
-        "thresholds": {f.value: plan.thresholds.of(f) for f in FILTERED_FAMILIES if f in plan.drawn},
+        "thresholds": {f.value: _finite(plan.thresholds.of(f)) for f in FILTERED_FAMILIES if f in plan.drawn},
         "threshold_unit": plan.thresholds.unit,
         "score": plan.score,
         "score_evaluations": plan.evaluations,
@@ -231,3 +234,8 @@ def _record(mesh: Path, output: Path, drawing: "Drawing", seconds: float) -> dic
         "notes": list(drawing.notes),
         "camera": json.loads(drawing.camera.to_json()),
     }
+
+
+def _finite(value: float | None) -> float | None:
+    """The value, or None where JSON has no word for it."""
+    return value if value is not None and math.isfinite(value) else None
