@@ -18,6 +18,8 @@ FRAME_MARGIN = 0.06
 """Share of the shorter side left empty on each side when a camera is fitted to an object."""
 
 MAX_SIDE = 16384
+LARGEST = 1e12
+"""Larger numbers than this in a camera would lose the object, of size 1, to rounding."""
 _KEYS = {"eye": 3, "target": 3, "up": 3, "width": 0, "height": 0, "focal_pixels": 0}
 
 
@@ -51,7 +53,9 @@ class Camera:
             raise UsageError(f"camera: size {self.width} x {self.height}, expected sides in 1..{MAX_SIDE} pixels")
         if self.focal_pixels <= 0:
             raise UsageError(f"camera: focal_pixels is {self.focal_pixels}, expected a positive number")
-        if self.eye == self.target:
+        if max(abs(value) for value in values) > LARGEST:
+            raise UsageError(f"camera: found {max(values, key=abs):g}, expected numbers up to {LARGEST:g}")
+        if math.dist(self.eye, self.target) < 1e-9 * max(1.0, *map(abs, self.target)):
             raise UsageError(f"camera: eye and target are both {self.eye}, expected two different points")
 
     @property
@@ -60,7 +64,7 @@ class Camera:
         backward = np.subtract(self.eye, self.target).astype(np.float64)
         backward /= np.linalg.norm(backward)
         right = np.cross(np.asarray(self.up, dtype=np.float64), backward)
-        if np.linalg.norm(right) < 1e-9 * max(1.0, float(np.linalg.norm(self.up))):
+        if np.linalg.norm(right) <= 1e-9 * np.linalg.norm(self.up):
             # `up` along the line of sight leaves the roll open: any axis off it will do.
             right = np.cross(np.eye(3)[np.argmin(np.abs(backward))], backward)
         right /= np.linalg.norm(right)
@@ -162,7 +166,7 @@ class Camera:
             )
             if not numbers or (length and len(items) != length):
                 raise InputError(path, f"{key} is {record[key]!r}", f"{length or 'one'} number{'s' if length else ''}")
-        if record["width"] != int(record["width"]) or record["height"] != int(record["height"]):
+        if not all(math.isfinite(record[side]) and record[side] == int(record[side]) for side in ("width", "height")):
             raise InputError(path, f"size {record['width']} x {record['height']}", "whole pixels")
         vectors = {key: (float(v[0]), float(v[1]), float(v[2])) for key, v in record.items() if _KEYS[key]}
         try:

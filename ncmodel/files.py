@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from ncmodel.errors import InputError
+
 
 @contextmanager
 def atomic(path: str | Path) -> Iterator[Path]:
@@ -14,9 +16,12 @@ def atomic(path: str | Path) -> Iterator[Path]:
     The name aside keeps the suffix, so that writers which go by the suffix work.
 
     Raises:
+        InputError: There is no such folder.
         OSError: The folder can't be written.
     """
     target = Path(path)
+    if not target.parent.is_dir():
+        raise InputError(path, f"there is no folder {target.parent}", "a folder that exists")
     handle, name = tempfile.mkstemp(prefix=".tmp-", suffix=target.suffix, dir=target.parent or ".")
     os.close(handle)
     aside = Path(name)

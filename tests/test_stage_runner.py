@@ -60,6 +60,21 @@ def test_a_lost_output_is_made_again_and_so_is_all_that_follows(tmp_path: Path) 
     assert contents == ["one", "two", "threethree"]
 
 
+def test_the_folder_may_be_spelled_in_another_way(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run_stages(stages(tmp_path), tmp_path)
+    monkeypatch.chdir(tmp_path.parent)
+    relative = Path(tmp_path.name)
+    run_stages(stages(relative), relative)
+    assert (tmp_path / "three").read_text(encoding="utf-8") == "three"
+
+
+def test_a_stage_that_cannot_resume_starts_from_nothing(tmp_path: Path) -> None:
+    (tmp_path / "one").write_text("half of an earlier run", encoding="utf-8")
+    once = Stage("one", "write one", append, (tmp_path / "one", "one"), (tmp_path / "one",), resumes=False)
+    run_stages([once], tmp_path)
+    assert (tmp_path / "one").read_text(encoding="utf-8") == "one"
+
+
 def test_a_complaint_stops_the_road_and_keeps_what_was_done(tmp_path: Path) -> None:
     bad = Stage("bad", "complain", fail, (tmp_path / "x", "nonsense"), (tmp_path / "x",))
     with pytest.raises(NeuralContoursError, match="x: nonsense; expected something else"):

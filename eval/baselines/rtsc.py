@@ -10,8 +10,8 @@ from ncmodel.geometry.view import View
 from ncmodel.raster import draw_segments
 from ncmodel.types import Image, LineFamily, Thresholds
 
-WIDTH = 2.5
-"""Pixels."""
+WIDTH = 2.5 / 768
+"""Line width, as a share of the picture's shorter side."""
 
 ALWAYS = (LineFamily.CONTOURS, LineFamily.BOUNDARIES)
 """In every drawing: occluding contours, and the rims of open surfaces, which are their outline just as well."""
@@ -58,4 +58,5 @@ def layer(view: View, family: LineFamily, threshold: float = 0.0) -> Image:
     """(H, W) ink of one family's visible lines at one threshold, in rtsc's units."""
     segments = fade(view.visible(family), threshold)
     points = view.camera.project(segments.points)[..., :2]
-    return draw_segments(points, segments.alpha, WIDTH, (view.camera.height, view.camera.width))
+    shape = (view.camera.height, view.camera.width)
+    return draw_segments(points, segments.alpha, WIDTH * min(shape), shape)

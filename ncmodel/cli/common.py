@@ -98,6 +98,6 @@ def parse_size(text: str) -> tuple[int, int]:
         UsageError: Not one or two whole numbers.
     """
     parts = text.lower().split("x")
-    if len(parts) not in (1, 2) or not all(part.strip().isdigit() for part in parts):
+    if len(parts) not in (1, 2) or not all(part.strip().isdecimal() for part in parts):
         raise UsageError(f"--size: found {text!r}, expected N or WxH in pixels")
     return int(parts[0]), int(parts[-1])

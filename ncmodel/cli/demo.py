@@ -89,8 +89,8 @@ def road(out: Path, plan: Plan, seed: int) -> list[Stage]:
     votes, pairs = out / "votes.csv", out / "pairs.jsonl"
     training, model = out / "training-pairs.jsonl", out / "model.safetensors"
 
-    def command(name: str, title: str, *argv: object, output: Path) -> Stage:
-        return command_stage(name, title, [str(word) for word in argv], (output,))
+    def command(name: str, title: str, *argv: object, output: Path, resumes: bool = True) -> Stage:
+        return command_stage(name, title, [str(word) for word in argv], (output,), resumes)
 
     return [
         Stage("meshes", "Collect and make meshes", make_meshes, (meshes, plan.made, seed), (meshes,)),
@@ -100,14 +100,14 @@ def road(out: Path, plan: Plan, seed: int) -> list[Stage]:
             *("dataset", "build", meshes, data, "--workers", 2, "--size", plan.size, *seeded),
             output=data / "index.csv",
         ),
-        command("questionnaires", "Make questionnaires", "crowd", "build", data, batch, *seeded, output=batch),
+        command("questionnaires", "Make questionnaires", "crowd", "build", data, batch, *seeded, output=batch, resumes=False),
         command(
             "simulate",
             "Simulated participants answer",
             *("crowd", "simulate", batch, "-o", results, "--data", data, "--noise", NOISE, *seeded),
             output=results,
         ),
-        command("ingest", "Read the votes", "crowd", "ingest", batch, results, "-o", votes, output=votes),
+        command("ingest", "Read the votes", "crowd", "ingest", batch, results, "-o", votes, output=votes, resumes=False),
         command(
             "aggregate",
             "Reliability, consensus, ranking pairs",

@@ -6,6 +6,7 @@ import multiprocessing
 import multiprocessing.connection
 import os
 import resource
+import shutil
 import sys
 import threading
 import time
@@ -31,6 +32,7 @@ class Stage:
         arguments: What it is called with; part of the stage's identity.
         outputs: The files or folders that are there when it is done.
         command: The public command that does the same, if there is one.
+        resumes: Whether it goes on from outputs that an interrupted run left; else they are removed first.
     """
 
     name: str
@@ -39,6 +41,7 @@ class Stage:
     arguments: tuple[Any, ...]
     outputs: tuple[Path, ...]
     command: str = ""
+    resumes: bool = True
 
 
 @dataclass(frozen=True)
@@ -56,9 +59,11 @@ class Measured:
     note: str = ""
 
 
-def command_stage(name: str, title: str, argv: Sequence[str], outputs: tuple[Path, ...]) -> Stage:
+def command_stage(
+    name: str, title: str, argv: Sequence[str], outputs: tuple[Path, ...], resumes: bool = True
+) -> Stage:
     """A stage that is one of the public commands."""
-    return Stage(name, title, run_command, (tuple(argv),), outputs, "ncontours " + " ".join(argv))
+    return Stage(name, title, run_command, (tuple(argv),), outputs, "ncontours " + " ".join(argv), resumes)
 
 
 def run_command(argv: tuple[str, ...]) -> None:
@@ -92,13 +97,16 @@ def run_stages(stages: Sequence[Stage], folder: Path) -> dict[str, Measured]:
     stale = False
     for number, stage in enumerate(stages, start=1):
         known = record.get(stage.name)
-        identity = json.dumps([str(argument) for argument in stage.arguments])
+        # Whatever the folder is called this time, the stage is the same.
+        identity = json.dumps([str(argument).replace(str(folder), "") for argument in stage.arguments])
         if not stale and known and known["identity"] == identity and all(path.exists() for path in stage.outputs):
             measured[stage.name] = Measured(**known["measured"])
             _say(f"[{number}/{len(stages)}] {stage.title}: done before")
             continue
         stale = True
         _say(f"[{number}/{len(stages)}] {stage.title}{': ' + stage.command if stage.command else ''}")
+        if not stage.resumes:
+            _remove(stage.outputs)
         measured[stage.name] = measure(stage.run, *stage.arguments)
         _say(f"    {measured[stage.name].seconds:.1f} s {measured[stage.name].note}".rstrip())
         record[stage.name] = {"identity": identity, "measured": asdict(measured[stage.name])}
@@ -151,6 +159,14 @@ def _in_child(sender: Connection, function: Callable[..., None], arguments: tupl
     own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     children = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
     sender.send((error, note, max(own, children) * 1024))
+
+
+def _remove(paths: Sequence[Path]) -> None:
+    for path in paths:
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path)
+        else:
+            path.unlink(missing_ok=True)
 
 
 def _end_with_parent() -> None:
