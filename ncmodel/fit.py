@@ -125,7 +125,7 @@ def fit(objective: Objective, plan: Plan, progress: Progress = silent) -> Progre
     """Train an objective's networks; they end with the weights of the pass that did best on held-out items.
 
     Raises:
-        UsageError: The state file is of a training with other settings.
+        UsageError: The state file is of a training with other settings, or the loss is no number any more.
     """
     begin = time.monotonic()
     trainer = _Trainer(objective)
@@ -142,8 +142,10 @@ def fit(objective: Objective, plan: Plan, progress: Progress = silent) -> Progre
             loss = _one_pass(trainer, objective.steps(rng), begin, plan.seconds)
             with trainer.averaged():
                 measures = objective.validate()
+            if not np.isfinite([loss, *measures.values()]).all():
+                raise UsageError(f"training of the {objective.name} diverged in pass {epoch + 1}: the loss is {loss}")
             done.history.append({"epoch": epoch + 1, "loss": loss, **measures})
-            if not measures or not done.best_epoch or objective.merit(measures) > objective.merit(done.validation):
+            if not measures or not done.best_epoch or objective.loss_of(measures) < objective.loss_of(done.validation):
                 done.best_epoch = epoch + 1
                 done.best = {name: value.clone() for name, value in trainer.average.items()}
             _save(plan, trainer, done)

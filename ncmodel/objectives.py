@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -17,7 +18,7 @@ from ncmodel.nets.translation import TranslationBranch
 
 Measures = dict[str, float]
 
-SCALE_VIEWS = 64
+SCALE_VIEWS = 16
 """Views that the input scales are measured on."""
 
 
@@ -38,8 +39,8 @@ class Objective(Protocol):
     def validate(self) -> Measures:
         """Measures on the held-out items; empty when there are none."""
 
-    def merit(self, measures: Measures) -> tuple[float, ...]:
-        """What the best pass is chosen by: larger is better, compared in order."""
+    def loss_of(self, measures: Measures) -> float:
+        """What the best pass is chosen by: the held-out loss. It is less noisy than accuracy on few items."""
 
 
 class RankerObjective:
@@ -56,7 +57,7 @@ class RankerObjective:
 
     def prepare(self) -> None:
         """Measure the input scales."""
-        items = sorted({pair.item for pair in self.training})[:SCALE_VIEWS]
+        items = set(sorted({pair.item for pair in self.training})[:SCALE_VIEWS])
         ends = {(pair.item, end) for pair in self.training for end in (pair.better, pair.worse) if pair.item in items}
         batch = load_batch(self.folder, sorted(ends), self.ranker.dims.size).to(device_of(self.ranker))
         self.ranker.standardise_maps.fit(batch.maps)
@@ -65,7 +66,7 @@ class RankerObjective:
     def steps(self, rng: np.random.Generator) -> Sequence[Callable[[], Tensor]]:
         """One step a chunk of pairs."""
         chunks = pair_chunks(self.training, self.rates.batch, rng)
-        return [lambda chunk=chunk: self._loss(chunk, rng) for chunk in chunks]  # type: ignore[misc]
+        return [partial(self._loss, chunk, rng) for chunk in chunks]
 
     def _loss(self, chunk: Sequence[Pair], rng: np.random.Generator) -> Tensor:
         pairs = load_pairs(self.folder, chunk, self.ranker.dims.size).to(device_of(self.ranker))
@@ -76,9 +77,9 @@ class RankerObjective:
         """Pair accuracy and mean hinge loss."""
         return judge_pairs(self.ranker, self.folder, self.held_out, self.rates.batch)
 
-    def merit(self, measures: Measures) -> tuple[float, ...]:
-        """Accuracy, then a low loss."""
-        return measures["accuracy"], -measures["hinge"]
+    def loss_of(self, measures: Measures) -> float:
+        """The hinge loss."""
+        return measures["hinge"]
 
 
 class TranslatorObjective:
@@ -107,7 +108,7 @@ class TranslatorObjective:
     def steps(self, rng: np.random.Generator) -> Sequence[Callable[[], Tensor]]:
         """One step a few views."""
         chunks = even_chunks(shuffled(self.training, rng), self.rates.batch)
-        return [lambda chunk=chunk: self._loss(chunk, rng) for chunk in chunks]  # type: ignore[misc]
+        return [partial(self._loss, chunk, rng) for chunk in chunks]
 
     def _loss(self, chunk: Sequence[tuple[Item, int]], rng: np.random.Generator) -> Tensor:
         batch = load_batch(self.folder, chunk, self.translator.dims.size).to(device_of(self.translator))
@@ -118,9 +119,9 @@ class TranslatorObjective:
         """Mean cross-entropy."""
         return judge_views(self.translator, self.folder, self.held_out)
 
-    def merit(self, measures: Measures) -> tuple[float, ...]:
-        """A low cross-entropy."""
-        return (-measures["cross_entropy"],)
+    def loss_of(self, measures: Measures) -> float:
+        """The cross-entropy."""
+        return measures["cross_entropy"]
 
 
 class FinetuneObjective:
@@ -147,7 +148,7 @@ class FinetuneObjective:
     def steps(self, rng: np.random.Generator) -> Sequence[Callable[[], Tensor]]:
         """One step a chunk of pairs."""
         chunks = pair_chunks(self.ranking.training, self.rates.batch, rng)
-        return [lambda chunk=chunk: self._loss(chunk, rng) for chunk in chunks]  # type: ignore[misc]
+        return [partial(self._loss, chunk, rng) for chunk in chunks]
 
     def _loss(self, chunk: Sequence[Pair], rng: np.random.Generator) -> Tensor:
         loaded = load_pairs(self.ranking.folder, chunk, self.preset.translation.size)
@@ -160,9 +161,9 @@ class FinetuneObjective:
         """The measures of both networks."""
         return {**self.ranking.validate(), **self.translation.validate()}
 
-    def merit(self, measures: Measures) -> tuple[float, ...]:
-        """Accuracy, then a low cross-entropy."""
-        return measures["accuracy"], -measures["cross_entropy"]
+    def loss_of(self, measures: Measures) -> float:
+        """The sum of both networks' losses."""
+        return measures["hinge"] + measures["cross_entropy"]
 
 
 @dataclass(frozen=True, eq=False)

@@ -160,7 +160,7 @@ class _Run:
         self.history: dict[str, list[dict[str, Any]]] = {}
         self.history_file = out.with_name(f"{out.name}.history.json")
         self.checkpoint = Checkpoint(preset)
-        if out.exists():
+        if out.exists() and not (options.restart and options.stages == STAGES):
             self._take_over()
         if options.restart:
             for name in options.stages:
@@ -193,7 +193,12 @@ class _Run:
             found = f"holds networks of preset {self.checkpoint.preset.name!r}"
             raise InputError(self.out, found, f"preset {self.preset.name!r}, or a file that isn't there yet")
         if self.history_file.exists():
-            self.history = json.loads(self.history_file.read_text(encoding="utf-8"))
+            try:
+                self.history = json.loads(self.history_file.read_text(encoding="utf-8"))
+            except ValueError as error:
+                raise InputError(
+                    self.history_file, f"not JSON ({error})", "what training wrote, or no such file"
+                ) from error
 
     def _forget(self, stage: str) -> None:
         self.state_file(stage).unlink(missing_ok=True)

@@ -15,7 +15,7 @@ from ncmodel import train as training
 from ncmodel.batches import load_pairs
 from ncmodel.cli.main import main
 from ncmodel.data import DataFolder, read_pairs
-from ncmodel.errors import InputError
+from ncmodel.errors import InputError, UsageError
 from ncmodel.fit import STATE_KIND
 from ncmodel.nets.blocks import initialise
 from ncmodel.nets.checkpoints import (
@@ -179,6 +179,12 @@ def test_a_time_budget_ends_training_early(data: Path, tmp_path: Path) -> None:
     assert all(1 <= stage.epochs < 10**5 for stage in report.stages)
 
 
+def test_a_training_that_diverges_ends_in_one_line(data: Path, tmp_path: Path) -> None:
+    preset = replace(MICRO, ranker=Rates(1e30, batch=16, epochs=3))
+    with pytest.raises(UsageError, match=r"training of the ranker diverged in pass \d: the loss is (nan|inf)"):
+        run_training(data, data / "pairs.jsonl", tmp_path / "m", preset, TrainOptions(stages=("ranker",)))
+
+
 def test_without_held_out_items_the_last_pass_is_kept(tmp_path: Path) -> None:
     make_data(tmp_path / "data", shapes=2)
     report = run(tmp_path / "data", tmp_path / "m.ckpt")
@@ -317,6 +323,17 @@ class TestCommand:
         found = self.complaint(capsys, self.arguments(data, out, "--stage", "ranker"))
         assert "m.ckpt.ranker.state, needed to go on, is gone; --restart trains anew" in found
         assert main(self.arguments(data, out, "--stage", "ranker", "--seed", "1", "--epochs", "1", "--restart")) == 0
+
+    def test_restarting_all_stages_takes_nothing_over(
+        self, data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        out = tmp_path / "m.ckpt"
+        out.write_bytes(b"damaged")
+        assert "not a safetensors file" in self.complaint(capsys, self.arguments(data, out))
+        assert main(self.arguments(data, out, "--epochs", "1", "--restart")) == 0
+        (tmp_path / "m.ckpt.history.json").write_text("{")
+        capsys.readouterr()
+        assert "history.json: not JSON" in self.complaint(capsys, self.arguments(data, out))
 
 
 def checkpoint(path: Path) -> Path:
