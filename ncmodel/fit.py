@@ -56,18 +56,20 @@ class Progressed:
 
     Attributes:
         history: One record a finished pass: "epoch", "loss" and the validation measures.
-        best_epoch: The pass whose weights are kept; 0 before the first.
+        best_epoch: The pass whose weights are kept; 0 for those that the stage started from.
         best: Those weights, by network and name.
+        start: Validation measures of the weights that the stage started from; empty where these were untrained.
     """
 
     history: list[dict[str, Any]] = field(default_factory=list)
     best_epoch: int = 0
     best: Tensors = field(default_factory=dict)
+    start: Measures = field(default_factory=dict)
 
     @property
     def validation(self) -> Measures:
         """Validation measures of the kept weights."""
-        record = self.history[self.best_epoch - 1] if self.best_epoch else {}
+        record = self.history[self.best_epoch - 1] if self.best_epoch else self.start
         return {key: value for key, value in record.items() if key not in ("epoch", "loss")}
 
 
@@ -89,10 +91,14 @@ class _Trainer:
         self.decay, self.steps = objective.averaging, 0
         self.average = _copied(self.networks)
 
-    def start(self, objective: Objective) -> None:
-        """Prepare networks that haven't been trained yet."""
+    def start(self, objective: Objective) -> Progressed:
+        """Before the first step: prepare untrained networks, judge trained ones, which training has to better."""
         objective.prepare()
         self.average = _copied(self.networks)
+        if not objective.pretrained:
+            return Progressed()
+        with self.averaged():
+            return Progressed(best=_copied(self.networks), start=objective.validate())
 
     def step(self, loss: Tensor) -> float:
         """Take one step down a loss."""
@@ -131,8 +137,7 @@ def fit(objective: Objective, plan: Plan, progress: Progress = silent) -> Progre
     trainer = _Trainer(objective)
     done = _resume(plan, trainer)
     if done is None:
-        trainer.start(objective)
-        done = Progressed()
+        done = trainer.start(objective)
     left = range(len(done.history), plan.epochs)
     with _deterministic(), progress(objective.name, len(left)) as advance:
         for epoch in left:
@@ -145,7 +150,7 @@ def fit(objective: Objective, plan: Plan, progress: Progress = silent) -> Progre
             if not np.isfinite([loss, *measures.values()]).all():
                 raise UsageError(f"training of the {objective.name} diverged in pass {epoch + 1}: the loss is {loss}")
             done.history.append({"epoch": epoch + 1, "loss": loss, **measures})
-            if not measures or not done.best_epoch or objective.loss_of(measures) < objective.loss_of(done.validation):
+            if not done.validation or objective.loss_of(measures) < objective.loss_of(done.validation):
                 done.best_epoch = epoch + 1
                 done.best = {name: value.clone() for name, value in trainer.average.items()}
             _save(plan, trainer, done)
@@ -192,7 +197,7 @@ def _save(plan: Plan, trainer: _Trainer, done: Progressed) -> None:
     tensors |= {f"best.{name}": value for name, value in done.best.items()}
     for index, moments in trainer.optimiser.state_dict()["state"].items():
         tensors |= {f"adam.{index}.{key}": value for key, value in moments.items()}
-    progressed = {"history": done.history, "best_epoch": done.best_epoch, "steps": trainer.steps}
+    progressed = {"history": done.history, "best_epoch": done.best_epoch, "start": done.start, "steps": trainer.steps}
     save_tensors(plan.state, STATE_KIND, tensors, {"settings": plan.settings, **progressed})
 
 
@@ -218,4 +223,4 @@ def _resume(plan: Plan, trainer: _Trainer) -> Progressed | None:
     for name, value in parts["average"].items():
         trainer.average[name].copy_(value)
     trainer.steps = header["steps"]
-    return Progressed(header["history"], header["best_epoch"], parts["best"])
+    return Progressed(header["history"], header["best_epoch"], parts["best"], header["start"])

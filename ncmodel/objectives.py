@@ -29,6 +29,7 @@ class Objective(Protocol):
     networks: dict[str, nn.Module]
     rates: Rates
     averaging: float
+    pretrained: bool
 
     def prepare(self) -> None:
         """Set what the networks know before their first step: input scales and the like."""
@@ -47,6 +48,7 @@ class RankerObjective:
     """Hinge ranking loss on pairs of drawings."""
 
     name = "ranker"
+    pretrained = False
 
     def __init__(self, preset: Preset, ranker: RankingModule, folder: DataFolder, pairs: Sequence[Pair]) -> None:
         self.preset, self.ranker, self.folder = preset, ranker, folder
@@ -86,6 +88,7 @@ class TranslatorObjective:
     """Cross-entropy between the predicted line probability and each view's best drawing."""
 
     name = "translator"
+    pretrained = False
 
     def __init__(
         self, preset: Preset, translator: TranslationBranch, folder: DataFolder, pairs: Sequence[Pair]
@@ -128,6 +131,7 @@ class FinetuneObjective:
     """Both networks end to end by the ranking loss, through the merged drawing max(I_best, I_L)."""
 
     name = "finetune"
+    pretrained = True
 
     def __init__(
         self,

@@ -179,6 +179,17 @@ def test_a_time_budget_ends_training_early(data: Path, tmp_path: Path) -> None:
     assert all(1 <= stage.epochs < 10**5 for stage in report.stages)
 
 
+def test_finetuning_that_does_not_help_keeps_what_it_started_from(data: Path, tmp_path: Path) -> None:
+    preset = replace(MICRO, finetune=Rates(0.3, batch=16, epochs=2))
+    report = run_training(data, data / "pairs.jsonl", tmp_path / "m", preset, TrainOptions())
+    ranker, translator, finetune = report.stages
+    assert finetune.best_epoch == 0
+    assert finetune.validation == pytest.approx({**ranker.validation, **translator.validation})
+    assert min(r["hinge"] + r["cross_entropy"] for r in report.history["finetune"]) > sum(
+        finetune.validation[name] for name in ("hinge", "cross_entropy")
+    )
+
+
 def test_a_training_that_diverges_ends_in_one_line(data: Path, tmp_path: Path) -> None:
     preset = replace(MICRO, ranker=Rates(1e30, batch=16, epochs=3))
     with pytest.raises(UsageError, match=r"training of the ranker diverged in pass \d: the loss is (nan|inf)"):
