@@ -8,8 +8,11 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Protocol
 
+import numpy as np
+
 from dataset_tools.clean_one import CleanTask, failed
 from dataset_tools.cluster import Outcome, Runner
+from dataset_tools.duplicates import Comparison, candidate_pairs, compare, compared_before, decide, to_json
 from dataset_tools.settings import BuildConfig
 from dataset_tools.store import Store, ViewStatus, writing_to
 from dataset_tools.work import ShapeTask, clean_shape, make_views
@@ -112,6 +115,8 @@ def build_dataset(
         _settle_config(store, config)
         board = _Board(store, [source.name for source in sources], config.views)
         _clean_shapes(store, sources, config, runner, progress, retry)
+        if config.duplicate_distance > 0:
+            _find_duplicates(store, board.shapes, config, runner, progress)
         board.refresh()
         made = _make_views(store, sources, config, runner, progress, retry, board)
         board.refresh()
@@ -215,6 +220,30 @@ def _clean_shapes(
             if outcome.result is None:
                 store.write_folder(store.shape_folder(task.name), failed(task, outcome.reason))
             advance(task.name)
+
+
+def _find_duplicates(
+    store: Store, shapes: Sequence[str], config: BuildConfig, runner: Runner, progress: Progress
+) -> None:
+    """Compare shapes that may be duplicates, and note which are; what was compared before is not compared again."""
+    records = {shape: store.shape_record(shape) for shape in shapes}
+    moments = {s: np.array(record["invariants"]) for s, record in records.items() if record and "invariants" in record}
+    pairs = candidate_pairs(moments)
+    known = compared_before(store.duplicates_path)
+    distances = {pair: known[pair] for pair in pairs if pair in known}
+    tasks = []
+    for first, second in pairs:
+        if (first, second) not in known:
+            meshes = tuple(str(store.shape_folder(shape) / "mesh.ply") for shape in (first, second))
+            tasks.append(Comparison(first, second, (meshes[0], meshes[1])))
+    if tasks:
+        with progress("duplicates", len(tasks)) as advance:
+            for outcome in runner.run(compare, tasks):
+                if outcome.result is not None:
+                    distances[outcome.task.first, outcome.task.second] = outcome.result
+                advance(outcome.task.second)
+    with writing_to(store.root):
+        write_text(store.duplicates_path, to_json(distances, decide(distances, config.duplicate_distance)))
 
 
 def _make_views(

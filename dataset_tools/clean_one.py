@@ -19,6 +19,7 @@ from typing import Any
 from dataset_tools.clean import CleanSettings, clean_file
 from dataset_tools.encode import ply
 from dataset_tools.orphans import end_with_parent
+from dataset_tools.similarity import invariants
 from ncmodel.errors import NeuralContoursError
 
 _GIGABYTE = 1 << 30
@@ -84,7 +85,9 @@ def clean_here(task: CleanTask) -> Mapping[str, bytes]:
     if report.resolution < task.min_faces:
         reason = f"low resolution: {report.resolution} faces, expected at least {task.min_faces}"
         return failed(task, reason, "skipped", **report.to_record())
-    return {"clean.json": _record(task, "done", "", **report.to_record()), "mesh.ply": ply(mesh)}
+    moments = [float(f"{moment:.6g}") for moment in invariants(mesh)]
+    record = _record(task, "done", "", **report.to_record(), invariants=moments)
+    return {"clean.json": record, "mesh.ply": ply(mesh)}
 
 
 def _record(task: CleanTask, status: str, reason: str, **more: Any) -> bytes:

@@ -18,6 +18,7 @@ class BuildConfig:
         seed: Of the azimuths and the selection.
         up: Upward axis of the mesh files.
         min_faces: Shapes with fewer faces are skipped.
+        duplicate_distance: Shapes whose surfaces are closer, in units of their radius, are one; 0 keeps all.
         render_size: Longer side of the pictures that participants see, pixels.
         render_azimuths: Where they are seen from, degrees around the view.
         levels: Of the candidates.
@@ -30,6 +31,7 @@ class BuildConfig:
     seed: int = 0
     up: str = "y"
     min_faces: int = 2000
+    duplicate_distance: float = 0.004
     render_size: int = 384
     render_azimuths: tuple[float, ...] = (-30.0, 0.0, 30.0)
     levels: Levels = field(default_factory=Levels)
@@ -44,6 +46,8 @@ class BuildConfig:
             raise ValueError(
                 f"pictures of {self.width} x {self.height} and {self.render_size}, expected 16 pixels or more"
             )
+        if self.duplicate_distance < 0:
+            raise ValueError(f"duplicate_distance is {self.duplicate_distance}, expected 0 or more")
         if self.up not in ("y", "z"):
             raise ValueError(f"up is {self.up!r}, expected y or z")
 

@@ -150,7 +150,7 @@ class Store:
     def duplicates(self) -> dict[str, str]:
         """Shape -> the shape that it is a duplicate of."""
         record = _read_json(self.duplicates_path) or {}
-        return {shape: str(found["of"]) for shape, found in record.items()}
+        return {shape: str(found["of"]) for shape, found in record.get("duplicates", {}).items()}
 
     def statuses(
         self, shape: str, views: int, duplicates: Mapping[str, str], verify: bool = False

@@ -143,7 +143,7 @@ def test_a_shape_that_was_not_cleaned_has_no_views(store: Store) -> None:
     write_shape(store, "soup", "failed", "loose triangles")
     write_shape(store, "tiny", "skipped", "12 faces")
     write_shape(store, "calf")
-    store.duplicates_path.write_text(json.dumps({"calf": {"of": "cow"}}))
+    store.duplicates_path.write_text(json.dumps({"duplicates": {"calf": {"of": "cow"}}}))
     assert states(store, "soup") == [("failed", "loose triangles")]
     assert states(store, "tiny") == [("skipped", "12 faces")]
     assert states(store, "calf") == [("skipped", "duplicate of cow")]

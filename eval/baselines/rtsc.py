@@ -11,7 +11,7 @@ from ncmodel.raster import draw_segments
 from ncmodel.types import Image, LineFamily, Thresholds
 
 WIDTH = 2.5 / 768
-"""Line width, as a share of the picture's shorter side."""
+"""Line width, as a share of the picture's shorter side; at least a pixel, else small pictures show nothing."""
 
 ALWAYS = (LineFamily.CONTOURS, LineFamily.BOUNDARIES)
 """In every drawing: occluding contours, and the rims of open surfaces, which are their outline just as well."""
@@ -59,4 +59,4 @@ def layer(view: View, family: LineFamily, threshold: float = 0.0) -> Image:
     segments = fade(view.visible(family), threshold)
     points = view.camera.project(segments.points)[..., :2]
     shape = (view.camera.height, view.camera.width)
-    return draw_segments(points, segments.alpha, WIDTH * min(shape), shape)
+    return draw_segments(points, segments.alpha, max(1.0, WIDTH * min(shape)), shape)

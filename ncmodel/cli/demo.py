@@ -100,14 +100,26 @@ def road(out: Path, plan: Plan, seed: int) -> list[Stage]:
             *("dataset", "build", meshes, data, "--workers", 2, "--size", plan.size, *seeded),
             output=data / "index.csv",
         ),
-        command("questionnaires", "Make questionnaires", "crowd", "build", data, batch, *seeded, output=batch, resumes=False),
+        command(
+            "questionnaires",
+            "Make questionnaires",
+            *("crowd", "build", data, batch, *seeded),
+            output=batch,
+            resumes=False,
+        ),
         command(
             "simulate",
             "Simulated participants answer",
             *("crowd", "simulate", batch, "-o", results, "--data", data, "--noise", NOISE, *seeded),
             output=results,
         ),
-        command("ingest", "Read the votes", "crowd", "ingest", batch, results, "-o", votes, output=votes, resumes=False),
+        command(
+            "ingest",
+            "Read the votes",
+            *("crowd", "ingest", batch, results, "-o", votes),
+            output=votes,
+            resumes=False,
+        ),
         command(
             "aggregate",
             "Reliability, consensus, ranking pairs",

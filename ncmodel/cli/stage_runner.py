@@ -59,9 +59,7 @@ class Measured:
     note: str = ""
 
 
-def command_stage(
-    name: str, title: str, argv: Sequence[str], outputs: tuple[Path, ...], resumes: bool = True
-) -> Stage:
+def command_stage(name: str, title: str, argv: Sequence[str], outputs: tuple[Path, ...], resumes: bool = True) -> Stage:
     """A stage that is one of the public commands."""
     return Stage(name, title, run_command, (tuple(argv),), outputs, "ncontours " + " ".join(argv), resumes)
 
@@ -156,9 +154,17 @@ def _in_child(sender: Connection, function: Callable[..., None], arguments: tupl
     except Exception as unexpected:
         traceback.print_exc()
         error = NeuralContoursError(f"{function.__name__}: {unexpected!r}")
-    own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    children = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
-    sender.send((error, note, max(own, children) * 1024))
+    children = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * 1024
+    sender.send((error, note, max(_own_peak(), children)))
+
+
+def _own_peak() -> int:
+    """Bytes of this process's largest resident memory."""
+    # Not `ru_maxrss`: it starts from what the parent had when this process was forked from it.
+    for line in Path("/proc/self/status").read_text(encoding="ascii").splitlines():
+        if line.startswith("VmHWM:"):
+            return int(line.split()[1]) * 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
 
 
 def _remove(paths: Sequence[Path]) -> None:
