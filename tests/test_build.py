@@ -25,7 +25,7 @@ from ncmodel.camera import Camera
 from ncmodel.errors import InputError
 from ncmodel.geometry.mesh import load_mesh
 from ncmodel.types import Mesh
-from tests import dirty
+from tests import analytic, dirty
 from tests.loopback import dask_cluster
 
 CONFIG = BuildConfig(width=64, height=48, render_size=32, min_faces=100)
@@ -262,7 +262,7 @@ def test_a_folder_of_other_settings_is_not_mixed(copy: Path, meshes: Path) -> No
 def test_shapes_can_be_added_later(copy: Path, meshes: Path, tmp_path: Path) -> None:
     more = tmp_path / "more"
     more.mkdir()
-    (more / "extra.ply").write_bytes(ply(Mesh(*dirty.sphere(fineness=3))))
+    (more / "extra.ply").write_bytes(ply(Mesh(*analytic.torus(24, 12))))
     assert build(more, copy).made == 2
     assert len(folder_status(copy)) == 10
 

@@ -1,0 +1,107 @@
+"""Duplicates: the same shape however it is turned, scaled, ordered and meshed; and nothing else."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dataset_tools.build import build_dataset, find_sources
+from dataset_tools.cluster import HereRunner
+from dataset_tools.duplicates import candidate_pairs, compared_before, decide, to_json
+from dataset_tools.encode import ply
+from dataset_tools.settings import BuildConfig
+from dataset_tools.similarity import invariants, surface_distance
+from ncmodel.types import Floats, Mesh
+from tests import dirty
+
+TOLERANCE = BuildConfig().duplicate_distance
+
+
+def lumpy(fineness: int = 4) -> Mesh:
+    """A shape without any symmetry."""
+    vertices, faces = dirty.sphere(fineness=fineness)
+    x, y, z = vertices.T
+    bumps = 1 + 0.25 * np.sin(2 * x + 1) + 0.2 * np.cos(3 * z - y) + 0.2 * x * z + 0.15 * np.sin(4 * y + 2 * x)
+    return Mesh(vertices * bumps[:, None] * [1.0, 0.8, 0.6], faces)
+
+
+def turned(points: Floats, degrees: float) -> Floats:
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.asarray(points @ np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]]))
+
+
+def disguised(mesh: Mesh, seed: int = 0) -> Mesh:
+    """Turned about the vertical axis, scaled, moved, in single precision, vertices and faces in another order."""
+    rng = np.random.default_rng(seed)
+    points = turned(mesh.vertices, float(rng.uniform(0, 360))) * 3.7 + [5, -2, 1]
+    order = rng.permutation(len(points))
+    moved = np.empty_like(points)
+    moved[order] = points.astype(np.float32)
+    return Mesh(moved, rng.permutation(order[mesh.faces]))
+
+
+def test_invariants_see_through_a_disguise() -> None:
+    assert invariants(disguised(lumpy())) == pytest.approx(invariants(lumpy()), abs=1e-4)
+
+
+def test_invariants_do_not_depend_on_the_triangles_of_a_flat_side() -> None:
+    vertices, faces = dirty.box(high=(1, 2, 0.5))
+    other = faces.copy()
+    a, b, c, d = faces[0, 0], faces[0, 1], faces[0, 2], faces[1, 2]
+    other[0], other[1] = (a, b, d), (b, c, d)  # the other diagonal
+    assert invariants(Mesh(vertices, other)) == pytest.approx(invariants(Mesh(vertices, faces)), abs=1e-9)
+
+
+def test_the_distance_between_a_shape_and_itself_in_disguise_is_nearly_nothing() -> None:
+    assert surface_distance(lumpy(), disguised(lumpy())) < TOLERANCE / 4
+
+
+def test_a_coarser_mesh_of_the_same_shape_is_a_duplicate() -> None:
+    assert surface_distance(lumpy(5), disguised(lumpy(4))) < TOLERANCE
+
+
+def test_a_mirrored_shape_is_another_one() -> None:
+    mesh = lumpy()
+    mirrored = Mesh(mesh.vertices * [-1, 1, 1], mesh.faces[:, ::-1].copy())
+    assert invariants(mirrored) == pytest.approx(invariants(mesh), abs=1e-6)
+    assert surface_distance(mesh, mirrored) > 3 * TOLERANCE
+
+
+@pytest.mark.parametrize("change", [[1, 1.1, 1], [1, 1, 1.15]])
+def test_a_stretched_shape_is_another_one(change: list[float]) -> None:
+    assert surface_distance(lumpy(), Mesh(lumpy().vertices * change, lumpy().faces)) > TOLERANCE
+
+
+def test_pairs_are_those_with_near_invariants_in_the_order_of_names() -> None:
+    moments = {"b": np.zeros(3), "a": np.full(3, 0.005), "c": np.array([0, 0, 0.02])}
+    assert candidate_pairs(moments) == [("a", "b")]
+    assert candidate_pairs({"a": np.zeros(3)}) == []
+
+
+def test_the_first_name_is_kept_and_chains_do_not_spread() -> None:
+    distances = {("a", "b"): 0.001, ("b", "c"): 0.001, ("a", "c"): 0.009, ("c", "d"): 0.002}
+    found = {one.shape: one.of for one in decide(distances, TOLERANCE)}
+    assert found == {"b": "a", "d": "c"}
+
+
+def test_comparisons_read_back(tmp_path: Path) -> None:
+    path, distances = tmp_path / "duplicates.json", {("a", "b"): 0.25, ("a", "c"): 0.001}
+    assert compared_before(path) == {}
+    path.write_text(to_json(distances, decide(distances, TOLERANCE)))
+    assert compared_before(path) == distances
+    path.write_text("{")
+    assert compared_before(path) == {}
+
+
+def test_a_build_leaves_duplicates_out_and_says_of_what(tmp_path: Path) -> None:
+    folder = tmp_path / "meshes"
+    folder.mkdir()
+    for name, mesh in {"one": lumpy(3), "two": disguised(lumpy(3)), "other": Mesh(*dirty.sphere(fineness=3))}.items():
+        (folder / f"{name}.ply").write_bytes(ply(mesh))
+    config = BuildConfig(views=1, width=32, height=32, render_size=16, min_faces=100)
+    summary = build_dataset(find_sources(folder), tmp_path / "data", config, HereRunner())
+    assert {row.shape: (row.status, row.reason) for row in summary.rows} == {
+        "one": ("done", ""),
+        "other": ("done", ""),
+        "two": ("skipped", "duplicate of one"),
+    }
