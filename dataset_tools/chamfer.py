@@ -13,6 +13,10 @@ from numpy.typing import NDArray
 
 from ncmodel.types import Floats, Image, Mask
 
+STEPS = 1 << 14
+"""Distances are added up in whole steps of 1/STEPS pixels. Sums of whole numbers are exact, so that the result doesn't
+depend on the order of addition: on the number of threads, the machine, or the library that multiplies matrices."""
+
 DEFINITION = (
     "symmetric Chamfer distance in pixels between the inked pixels of two drawings: (mean distance from A's pixels to "
     "the nearest pixel of B + mean distance from B's pixels to the nearest pixel of A) / 2; 0 between two empty "
@@ -49,11 +53,11 @@ def chamfer_matrix(layers: Mask, members: Mask) -> Floats:
     stacks, stack_of_pixel = np.unique(_codes(layers[:, inked]), return_inverse=True)
     order = np.argsort(stack_of_pixel, kind="stable")
     stack_sizes = np.bincount(stack_of_pixel, minlength=len(stacks)).astype(np.float64)
-    fields = np.stack([distance_field(layer)[inked] for layer in layers])[:, order]
+    fields = np.stack([np.rint(distance_field(layer)[inked] * STEPS) for layer in layers])[:, order]
     starts = np.concatenate([[0], np.cumsum(stack_sizes[:-1])]).astype(np.intp)
 
     ink = (_codes(members.T)[:, None] & stacks[None, :] != 0).astype(np.float64)
-    away = np.full((len(members), len(stacks)), _diagonal(inked) * stack_sizes)
+    away = np.zeros((len(members), len(stacks)))
     for drawing in np.flatnonzero(members.any(axis=1) & inked.any()):
         distance = fields[members[drawing]].min(axis=0)
         away[drawing] = np.add.reduceat(distance, starts, dtype=np.float64)
@@ -61,7 +65,7 @@ def chamfer_matrix(layers: Mask, members: Mask) -> Floats:
     counts = ink @ stack_sizes
     mean = np.full((len(members), len(members)), _diagonal(inked))
     # mean[i, j]: from the pixels of drawing j to the nearest pixel of drawing i; the diagonal where j has none.
-    np.divide(away @ ink.T, counts, out=mean, where=counts > 0)
+    np.divide(away @ ink.T, counts * STEPS, out=mean, where=(counts > 0) & (counts > 0)[:, None])
     distances: Floats = (mean + mean.T) / 2
     empty = counts == 0
     distances[np.ix_(empty, empty)] = 0.0
