@@ -1,5 +1,6 @@
 """`ncontours demo`: the whole road, from mesh files to an evaluated model, on meshes that installed packages bundle."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -11,8 +12,8 @@ from ncmodel.cli.stage_runner import Stage, command_stage, run_stages
 from ncmodel.errors import InputError, UsageError
 from ncmodel.files import write_bytes, write_text
 
-REAL_HELD_OUT = ("bunny", "cow")
-"""Real meshes that training never sees."""
+BUNDLED = ("bunny.obj", "airplane.obj", "cow.obj", "bone.ply", "rangemaps/face000.ply")
+"""Real meshes among the sample meshes in pymeshlab's wheel."""
 
 
 @dataclass(frozen=True)
@@ -21,15 +22,21 @@ class Plan:
 
     Attributes:
         made: Shapes made in code, besides the bundled meshes.
-        held_out: How many of these are kept from training, besides `REAL_HELD_OUT`.
+        held_out: How many of these are kept from training, besides the real ones.
         size: Pixels of a view's side.
         effort: Of the search for thresholds.
+        epochs: Passes over the training data in each stage; the preset's by default.
+        bundled: The bundled meshes that take part.
+        real_held_out: The shapes among these that are kept from training.
     """
 
     made: int
     held_out: int
     size: int
     effort: str
+    epochs: int | None = None
+    bundled: tuple[str, ...] = BUNDLED
+    real_held_out: tuple[str, ...] = ("bunny", "cow")
 
 
 NOISE = 0.15
@@ -87,13 +94,14 @@ def road(out: Path, plan: Plan, seed: int) -> list[Stage]:
     meshes, data = out / "meshes", out / "data"
     batch, results = out / "batch", out / "simulated-results.csv"
     votes, pairs = out / "votes.csv", out / "pairs.jsonl"
+    epochs = () if plan.epochs is None else ("--epochs", plan.epochs)
     training, model = out / "training-pairs.jsonl", out / "model.safetensors"
 
     def command(name: str, title: str, *argv: object, output: Path, resumes: bool = True) -> Stage:
         return command_stage(name, title, [str(word) for word in argv], (output,), resumes)
 
     return [
-        Stage("meshes", "Collect and make meshes", make_meshes, (meshes, plan.made, seed), (meshes,)),
+        Stage("meshes", "Collect and make meshes", make_meshes, (meshes, plan, seed), (meshes,)),
         command(
             "dataset",
             "Clean, two views each, 264 candidates, 8 selected",
@@ -136,7 +144,7 @@ def road(out: Path, plan: Plan, seed: int) -> list[Stage]:
         command(
             "train",
             "Train the ranking module and the image branch",
-            *("train", data, training, "-o", model, "--preset", "tiny", *seeded),
+            *("train", data, training, "-o", model, "--preset", "tiny", *epochs, *seeded),
             output=model,
         ),
         Stage(
@@ -153,10 +161,10 @@ def held_out_shapes(plan: Plan) -> list[str]:
     """The shapes that training never sees: real ones, and the last of those made."""
     from dataset_tools.shapes import shape_names
 
-    return [*REAL_HELD_OUT, *shape_names(plan.made)[-plan.held_out :]]
+    return [*plan.real_held_out, *shape_names(plan.made)[-plan.held_out :]]
 
 
-def make_meshes(folder: Path, made: int, seed: int) -> None:
+def make_meshes(folder: Path, plan: Plan, seed: int) -> None:
     """Link the meshes that pymeshlab's wheel bundles, and write those made in code.
 
     Raises:
@@ -166,16 +174,16 @@ def make_meshes(folder: Path, made: int, seed: int) -> None:
     from dataset_tools.shapes import make_shapes
 
     folder.mkdir(parents=True, exist_ok=True)
-    for path in bundled_meshes():
+    for path in bundled_meshes(plan.bundled):
         link = folder / path.name
         link.unlink(missing_ok=True)
         link.symlink_to(path)
-    for mesh in make_shapes(made, seed):
+    for mesh in make_shapes(plan.made, seed):
         write_bytes(folder / f"{mesh.name}.ply", ply(mesh))
 
 
-def bundled_meshes() -> list[Path]:
-    """The meshes that pymeshlab's wheel bundles.
+def bundled_meshes(names: Sequence[str] = BUNDLED) -> list[Path]:
+    """Sample meshes that pymeshlab's wheel bundles.
 
     Raises:
         InputError: The installed pymeshlab lacks them.
@@ -186,7 +194,6 @@ def bundled_meshes() -> list[Path]:
     if spec is None or spec.origin is None:
         raise InputError("pymeshlab", "not installed", "the package with its sample meshes")
     samples = Path(spec.origin).parent / "tests" / "sample_meshes"
-    names = ("bunny.obj", "airplane.obj", "cow.obj", "bone.ply", "rangemaps/face000.ply")
     for name in names:
         if not (samples / name).is_file():
             raise InputError(samples / name, "no such file", "a mesh that pymeshlab's wheel bundles")
