@@ -7,6 +7,7 @@ from typing import Any
 
 from dataset_tools.build import Summary
 from dataset_tools.clean import CleanReport
+from dataset_tools.level_study import LevelStudy
 from dataset_tools.store import ViewStatus
 
 _FAULTS = ("border_edges", "touching_vertices", "non_manifold_edges", "non_manifold_vertices", "inconsistent_edges")
@@ -54,6 +55,14 @@ def clean_text(report: CleanReport) -> str:
     lines += [f"  {step.step}: {step.count}" for step in report.done] or ["  nothing to repair"]
     still = [f"{number} {name.replace('_', ' ')}" for name, number in left.items() if number and name in _FAULTS]
     return "\n".join([*lines, f"left: {', '.join(still) if still else 'no fault'}"])
+
+
+def levels_text(study: LevelStudy) -> str:
+    """Measured levels for people."""
+    lines = [f"share of visible length kept on {study.views} views (10th, 50th, 90th percentile)"]
+    for kept in study.kept:
+        lines.append(f"  {kept.family:<11} {kept.level:>6g}  {'  '.join(f'{share:.2f}' for share in kept.shares)}")
+    return "\n".join([*lines, f"different drawings of 264: {', '.join(f'{n:.0f}' for n in study.distinct)}"])
 
 
 def _counts(rows: Sequence[ViewStatus]) -> dict[str, int]:

@@ -3,6 +3,7 @@
 import json
 import time
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -15,10 +16,13 @@ from dataset_tools.select import select
 from dataset_tools.settings import BuildConfig
 from dataset_tools.store import Store, ViewStatus
 from dataset_tools.views import camera_at, choose_azimuths
+from ncmodel.camera import Camera
+from ncmodel.errors import InputError
 from ncmodel.geometry.mesh import load_mesh
 from ncmodel.geometry.surface import Surface
 from ncmodel.geometry.view import View
 from ncmodel.stages import timed
+from ncmodel.types import Mesh
 
 
 @dataclass(frozen=True)
@@ -50,8 +54,7 @@ def make_views(task: ShapeTask) -> list[ViewStatus]:
         begin = time.perf_counter()
         try:
             if surface is None:
-                mesh = load_mesh(store.shape_folder(task.name) / "mesh.ply")
-                surface = Surface(replace(mesh, name=task.name))
+                surface = Surface(load_shape(store, task.name))
             files = view_files(surface, view, task.config)
         except Exception as error:  # whatever a strange shape makes the numbers do, the others go on
             outcomes.append(ViewStatus(task.name, view, "failed", f"{type(error).__name__}: {error}"))
@@ -59,6 +62,33 @@ def make_views(task: ShapeTask) -> list[ViewStatus]:
         store.write_folder(store.view_folder(task.name, view), files)
         outcomes.append(ViewStatus(task.name, view, "done", "", time.perf_counter() - begin))
     return outcomes
+
+
+def load_shape(store: Store, name: str) -> Mesh:
+    """The cleaned mesh of a shape, under the shape's name.
+
+    Raises:
+        MeshError: There is none.
+    """
+    return replace(load_mesh(store.shape_folder(name) / "mesh.ply"), name=name)
+
+
+def load_view(folder: Path, size: tuple[int, int] | None = None) -> View:
+    """A view of a data folder, ready to be drawn.
+
+    Args:
+        folder: DATA_DIR/views/SHAPE_VIEW.
+        size: (width, height) to see it at; its own by default.
+
+    Raises:
+        InputError: It isn't such a folder.
+    """
+    shape, _, number = folder.resolve().name.rpartition("_")
+    if not shape or not number.isdigit():
+        raise InputError(folder, "a name that isn't SHAPE_VIEW", "a folder DATA_DIR/views/SHAPE_VIEW")
+    camera = Camera.load(folder / "camera.json")
+    mesh = load_shape(Store(folder.resolve().parents[1]), shape)
+    return View(Surface(mesh), camera.resized(*size) if size else camera)
 
 
 def view_files(surface: Surface, number: int, config: BuildConfig) -> dict[str, bytes]:

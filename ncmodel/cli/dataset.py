@@ -94,6 +94,83 @@ def status(
         raise BatchError(f"{wrong} views failed or are damaged; the next build makes damaged ones again")
 
 
+@group.command()
+def export(
+    view: Annotated[Path, typer.Argument(help="View folder, DATA_DIR/views/SHAPE_VIEW.")],
+    output: Annotated[Path, typer.Argument(help="Folder to write.")],
+    format_: Annotated[str, typer.Option("--format", help="Only neuralcontours.")] = "neuralcontours",
+    size: Annotated[str, typer.Option(help="Pixels, N or WxH.")] = "1024x768",
+    as_json: Json = False,
+) -> None:
+    """Write a view as the folder that the published code reads."""
+    from dataset_tools.interchange import exchanged
+    from dataset_tools.work import load_view
+    from ncmodel.files import write_bytes
+
+    _check_format(format_)
+    files = exchanged(load_view(view, parse_size(size))).files()
+    output.mkdir(parents=True, exist_ok=True)
+    for name, data in files.items():
+        write_bytes(output / name, data)
+    emit({"files": sorted(files), "folder": str(output)}, as_json, f"{len(files)} files in {output}")
+
+
+@group.command(name="import")
+def import_(
+    folder: Annotated[Path, typer.Argument(help="Folder in the published code's format.")],
+    output: Annotated[Path, typer.Argument(help="Line, feature, depth and shaded maps, *.npz.")],
+    format_: Annotated[str, typer.Option("--format", help="Only neuralcontours.")] = "neuralcontours",
+    as_json: Json = False,
+) -> None:
+    """Read a folder of the published code as the maps that our model takes."""
+    from dataset_tools.encode import npz
+    from dataset_tools.interchange import read_exchanged
+    from ncmodel.files import write_bytes
+
+    _check_format(format_)
+    if output.suffix.lower() != ".npz":
+        raise UsageError(f"found {output}, expected a file *.npz")
+    arrays = read_exchanged(folder).arrays()
+    write_bytes(output, npz(**arrays))
+    shapes = {name: list(array.shape) for name, array in arrays.items()}
+    emit({"file": str(output), "arrays": shapes}, as_json, f"{len(arrays)} arrays in {output}")
+
+
+@group.command()
+def sheet(
+    data_dir: Annotated[Path, typer.Argument(help="Data folder.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Picture, *.png.")],
+    names: Annotated[list[str] | None, typer.Option("--view", help="SHAPE_VIEW, repeatable.  [default: all]")] = None,
+) -> None:
+    """Draw a contact sheet: renders and selected drawings of each view."""
+    from dataset_tools.sheet import data_sheet
+    from ncmodel.pictures import write_png
+
+    if output.suffix.lower() != ".png":
+        raise UsageError(f"-o: found {output}, expected a file *.png")
+    write_png(output, data_sheet(data_dir, names or ()))
+
+
+@group.command()
+def levels(
+    data_dir: Annotated[Path, typer.Argument(help="Data folder.")],
+    as_json: Json = False,
+) -> None:
+    """Measure how much each level of the candidates keeps on the views, and how many drawings differ."""
+    from dataclasses import asdict
+
+    from dataset_tools.level_study import study_levels
+    from dataset_tools.report import levels_text
+
+    study = study_levels(data_dir)
+    emit(asdict(study), as_json, levels_text(study))
+
+
+def _check_format(name: str) -> None:
+    if name != "neuralcontours":
+        raise UsageError(f"--format: found {name!r}, expected neuralcontours")
+
+
 def _settings(config: Path | None, earlier: Path, chosen: dict[str, Any]) -> Any:
     """Settings of a file, of the folder or the defaults, with what was chosen on the command line instead."""
     from dataset_tools.settings import BuildConfig
