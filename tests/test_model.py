@@ -153,6 +153,15 @@ def test_strips_are_seen_at_a_bounded_size(bent: Surface) -> None:
     assert choice.families == (LineFamily.CONTOURS,)
 
 
+def test_the_number_of_threads_changes_nothing_and_stays_as_it_was(bent: Surface) -> None:
+    view, model = view_of(bent), Model(networks())
+    alone = model.choose(view, "geometry", "draft").optimum
+    torch.set_num_threads(2)
+    assert model.choose(view, "geometry", "draft").optimum == alone
+    assert torch.get_num_threads() == 2
+    torch.set_num_threads(1)
+
+
 def test_choices_are_deterministic(bent: Surface) -> None:
     first, again = (Model(networks()).choose(view_of(bent), budget="draft") for _ in range(2))
     assert (first.thresholds, first.optimum) == (again.thresholds, again.optimum)
