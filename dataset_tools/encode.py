@@ -29,6 +29,7 @@ _LZMA = [
         "mode": lzma.MODE_FAST,
         "mf": lzma.MF_HC3,
         "nice_len": 273,
+        "depth": 4,
     }
 ]
 _LZMA_PROPERTIES = struct.pack("<BI", (2 * 5 + 0) * 9 + 3, _DICTIONARY)  # pb 2, lp 0, lc 3: the encoder's defaults

@@ -1,12 +1,20 @@
 """Choosing the most distinct drawings."""
 
 import itertools
+from pathlib import Path
 
+import kmedoids
 import numpy as np
 import pytest
 
+from dataset_tools.candidates import Levels, draw_candidates
+from dataset_tools.chamfer import chamfer_matrix
+from dataset_tools.clean import clean_file
 from dataset_tools.select import RESTARTS, select
+from dataset_tools.views import camera_at, choose_azimuths
 from ncmodel.errors import UsageError
+from ncmodel.geometry.surface import Surface
+from ncmodel.geometry.view import View
 from ncmodel.types import Floats
 
 
@@ -70,8 +78,6 @@ def test_the_same_seed_chooses_the_same() -> None:
 
 
 def test_no_random_start_of_a_hundred_does_better() -> None:
-    import kmedoids
-
     distances = distances_between(np.random.default_rng(6).random((264, 2)))
     starts = (kmedoids.fasterpam(distances, 8, random_state=seed, n_cpu=1).loss for seed in range(100))
     assert select(distances).loss <= 1.001 * min(starts)
@@ -82,3 +88,17 @@ def test_no_random_start_of_a_hundred_does_better() -> None:
 def test_counts_that_make_no_sense_are_refused(count: int) -> None:
     with pytest.raises(UsageError, match=f"can't choose {count} of 5"):
         select(np.zeros((5, 5)), count=count)
+
+
+@pytest.mark.slow
+def test_no_random_start_of_a_hundred_does_better_on_twenty_real_views(shared: Path) -> None:
+    worst = 0.0
+    for path in sorted((shared / "meshes" / "clean").glob("*.obj"))[:10]:
+        mesh, _ = clean_file(path)
+        surface = Surface(mesh)
+        for azimuth in choose_azimuths(mesh.name, 2):
+            candidates = draw_candidates(View(surface, camera_at(mesh, azimuth, (768, 768))), Levels())
+            distances = chamfer_matrix(candidates.masks, candidates.members)
+            best = min(kmedoids.fasterpam(distances, 8, random_state=seed, n_cpu=1).loss for seed in range(100))
+            worst = max(worst, select(distances).loss / best)
+    assert worst <= 1.001, worst
