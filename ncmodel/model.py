@@ -5,8 +5,7 @@ out; "image" is the image branch alone, for which no line of the mesh is compute
 networks offers what is left.
 """
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
@@ -17,6 +16,7 @@ import torch
 from ncmodel.errors import UsageError
 from ncmodel.geometry.view import View
 from ncmodel.maps import LINE_WIDTH, line_maps, network_maps
+from ncmodel.nets.blocks import threads_for
 from ncmodel.nets.checkpoints import Checkpoint, load_checkpoint
 from ncmodel.nets.presets import BACKGROUND
 from ncmodel.optimize import Budget, Optimum, budget_named, optimise
@@ -32,9 +32,6 @@ Variant = Literal["full", "geometry", "image"]
 SEEN_SIDE = 768
 """Shorter side, pixels, of the pictures that the networks' inputs are averaged from: that of the training views, whose
 lines are as thin. Larger and smaller drawings get the thresholds chosen at this size."""
-
-WIDE = 32
-"""Ranking modules of this width and more are searched on all threads."""
 
 LONGEST_SIDE = 4 * SEEN_SIDE
 """Longer side that such a picture has at most."""
@@ -145,7 +142,7 @@ class Model:
         assert ranker is not None
         lines = line_maps(seen, families)
         image = _drawn(choice.strokes, seen) if choice.strokes else None
-        with timed(seen.trace, "threshold_search"), _threads_for(ranker.dims.width):
+        with timed(seen.trace, "threshold_search"), threads_for(ranker.dims.width):
             score = DrawingScore(ranker, maps, lines, image)
             optimum = optimise(score, budget)
         chosen: dict[LineFamily, float] = {}
@@ -166,20 +163,6 @@ def load_model(path: str | Path) -> Model:
         InputError: The file isn't a checkpoint, or is damaged.
     """
     return Model(load_checkpoint(path))
-
-
-@contextmanager
-def _threads_for(width: int) -> Iterator[None]:
-    """One thread in the block for a narrow network, whose many small steps else wait for each other's threads.
-
-    On two busy cores, a search with the tiny preset took 1.7 s on one thread and 45 s on two.
-    """
-    before = torch.get_num_threads()
-    torch.set_num_threads(1 if width < WIDE else before)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(before)
 
 
 def _as_seen(view: View) -> View:

@@ -6,6 +6,7 @@ Area averaging keeps the amount of ink: a line too thin for the smaller picture 
 from dataclasses import dataclass
 from functools import cache
 
+import cv2
 import numpy as np
 
 from ncmodel.types import Floats, Image, Ints
@@ -62,10 +63,10 @@ class Square:
         if image.shape[-2:] != (self.height, self.width):
             raise ValueError(f"image has shape {image.shape}, expected (..., {self.height}, {self.width})")
         (rows, columns), (top, left) = self.inner, self.corner
-        down = overlap(self.height, rows).astype(np.float32)
-        across = overlap(self.width, columns).astype(np.float32)
         out = np.full((*image.shape[:-2], self.size, self.size), background, dtype=np.float32)
-        out[..., top : top + rows, left : left + columns] = down @ image @ across.T
+        placed = out[..., top : top + rows, left : left + columns]
+        for index in np.ndindex(image.shape[:-2]):
+            placed[index] = _averaged(image[index], rows, columns)
         return out
 
     def spread(self, pixels: Ints) -> tuple[Ints, Ints, Floats]:
@@ -89,6 +90,16 @@ class Square:
         scale = np.array([self.width / columns, self.height / rows])
         moved: Floats = (points - np.array([left, top])) * scale
         return moved
+
+
+def _averaged(image: Image, rows: int, columns: int) -> Image:
+    """(rows, columns) area averages of a picture."""
+    height, width = image.shape
+    if rows <= height and columns <= width:
+        return np.asarray(cv2.resize(image, (columns, rows), interpolation=cv2.INTER_AREA))
+    # OpenCV's area averaging only shrinks.
+    down, across = overlap(height, rows).astype(np.float32), overlap(width, columns).astype(np.float32)
+    return np.asarray(down @ image @ across.T)
 
 
 def _entries(weights: Floats, chosen: Ints) -> tuple[Ints, Ints, Floats]:

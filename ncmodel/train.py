@@ -21,7 +21,7 @@ from ncmodel.data import DataFolder, Pair, read_pairs
 from ncmodel.errors import InputError, UsageError
 from ncmodel.files import write_text
 from ncmodel.fit import STAGES, Plan, Progress, Progressed, fit, silent
-from ncmodel.nets.blocks import initialise
+from ncmodel.nets.blocks import WIDE, initialise, threads_for
 from ncmodel.nets.checkpoints import Checkpoint, load_checkpoint, save_checkpoint
 from ncmodel.nets.presets import Preset, Rates
 from ncmodel.nets.ranking import RankingModule
@@ -180,7 +180,10 @@ class _Run:
         """Run one stage to its end and write the checkpoint."""
         begin = time.monotonic()
         objective = self._objective(name)
-        done = fit(objective, self._plan(name), progress)
+        # The image branch doubles its few channels four times: its inner layers are wide enough for all threads.
+        width = WIDE if name == "translator" else self.preset.ranking.width
+        with threads_for(width):
+            done = fit(objective, self._plan(name), progress)
         if self.records.get(name, {}).get("epochs") != len(done.history):
             self._keep(objective, done)
         seconds = time.monotonic() - begin

@@ -238,7 +238,7 @@ def _candidates(out: Path, item: Item, counts: Counter[tuple[str, str, int]]) ->
 def _curves(out: Path) -> list[Block]:
     history = json.loads((out / "model.safetensors.history.json").read_text(encoding="utf-8"))
     blocks: list[Block] = []
-    for stage, records in history["stages"].items():
+    for stage, records in history.items():
         blocks += _stage_plots(stage, records)
     return blocks
 
