@@ -94,7 +94,7 @@ def draw(
     surface = _surface(shape, up)
     if LineFamily.CREASES in asked and model is None:
         surface = parted(surface, crease_angle)
-    camera = camera or Camera.orbit(surface.mesh.vertices, azimuth, elevation, size=size)
+    camera = camera or Camera.orbit(surface.mesh.used_vertices, azimuth, elevation, size=size)
     view = View(surface, camera, crease_angle)
     if model is None:
         plan = Plan(asked, thresholds or Thresholds())

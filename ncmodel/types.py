@@ -71,6 +71,13 @@ class Mesh:
                 f"faces use vertices {self.faces.min()}..{self.faces.max()}, the mesh has {len(self.vertices)}"
             )
 
+    @property
+    def used_vertices(self) -> Floats:
+        """(U, 3) the vertices that faces use: a stray one far away must not decide how large the shape is."""
+        used = np.zeros(len(self.vertices), dtype=np.bool_)
+        used[self.faces] = True
+        return self.vertices if used.all() else self.vertices[used]
+
 
 @dataclass(frozen=True)
 class Thresholds:

@@ -321,3 +321,16 @@ def test_sorting_keeps_groups_and_strokes(torus: Mesh) -> None:
     ordered = drawing.sorted_for_pen()
     assert [s.family for s in ordered.strokes] == [s.family for s in drawing.strokes]
     np.testing.assert_array_equal(ordered.ink(), drawing.ink())
+
+
+def test_a_stray_vertex_far_away_changes_nothing() -> None:
+    corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+    faces = np.array(
+        [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4]]
+        + [[1, 5, 7], [1, 7, 3]],
+        dtype=np.int64,
+    )
+    alone = draw(Mesh(corners, faces), lines=["creases", "contours"])
+    stray = draw(Mesh(np.vstack([corners, [[1e5, 0.0, 0.0]]]), faces), lines=["creases", "contours"])
+    assert alone.ink().sum() > 0
+    assert np.array_equal(alone.ink(), stray.ink())

@@ -59,9 +59,9 @@ class RayScene:
         self.radius = 1.0
         self._scene: EmbreeScene | None = None
         if len(mesh.faces):
-            low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
-            self.centre = (low + high) / 2
-            self.radius = float(np.linalg.norm(mesh.vertices - self.centre, axis=1).max()) or 1.0
+            used = mesh.used_vertices
+            self.centre = (used.min(axis=0) + used.max(axis=0)) / 2
+            self.radius = float(np.linalg.norm(used - self.centre, axis=1).max()) or 1.0
             # "Robust" makes edges watertight: without it rays slip through between two faces.
             self._scene = EmbreeScene(robust=True)
             TriangleMesh(self._scene, self._local(mesh.vertices), self.faces)
