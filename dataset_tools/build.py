@@ -1,5 +1,6 @@
 """From mesh files to views with their candidates: resumable, the same bytes whatever the number of workers."""
 
+import itertools
 import re
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -81,8 +82,10 @@ def find_sources(mesh_dir: str | Path) -> list[Source]:
     names: dict[str, Path] = {}
     for path in paths:
         relative = path.relative_to(root)
-        name = _file_name(str(relative.with_suffix("")))
-        names[name if name not in names else _file_name(str(relative))] = path
+        plain, full = _file_name(str(relative.with_suffix(""))), _file_name(str(relative))
+        numbered = (f"{full}-{number}" for number in itertools.count(2))
+        # Several paths may come down to one name; no shape may take another's place.
+        names[next(name for name in itertools.chain((plain, full), numbered) if name not in names)] = path
     return [Source(name, path) for name, path in names.items()]
 
 

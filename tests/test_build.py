@@ -304,6 +304,14 @@ def test_shapes_are_named_after_their_paths(tmp_path: Path) -> None:
     assert found == {"a_b_c": "c.STL", "a_b_c.obj": "c.obj", "d.e": "d.e.off", "n_code": "Ünïcode.ply"}
 
 
+def test_no_shape_takes_anothers_place(tmp_path: Path) -> None:
+    (tmp_path / "a").mkdir()
+    for name in ("a/b.ply", "a b.ply", "a_b.ply"):
+        (tmp_path / name).write_text("")
+    sources = find_sources(tmp_path)
+    assert len({source.name for source in sources}) == len({source.path for source in sources}) == 3
+
+
 def test_a_folder_without_meshes_is_bad_input(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no mesh file"):
         find_sources(tmp_path)

@@ -152,8 +152,8 @@ def _draw_folder(job: _Job, meshes: list[Path]) -> None:
         for mesh, name in zip(meshes, _names(meshes), strict=True):
             try:
                 drawing, record = job.draw(mesh, job.output / f"{name}.{job.suffix}")
-            except NeuralContoursError as error:
-                failed.append({"mesh": str(mesh), "error": str(error)})
+            except (NeuralContoursError, OSError, MemoryError) as error:
+                failed.append({"mesh": str(mesh), "error": str(error) or f"{mesh}: {type(error).__name__}"})
             else:
                 records.append(record)
                 sheet.append((name, thumbnail(drawing.ink(THUMBNAIL_WIDTH))))
