@@ -43,7 +43,7 @@ NOISE = 0.15
 """Of simulated participants: three in five views then find a consensus, as with the paper's participants."""
 
 FULL = Plan(made=45, held_out=10, size=768, effort="balanced")
-QUICK = Plan(made=13, held_out=3, size=384, effort="draft")
+QUICK = Plan(made=11, held_out=2, size=384, effort="draft")
 
 
 def register(app: typer.Typer) -> None:
