@@ -1,6 +1,5 @@
 """The crowd's stages that look at drawings: make a batch, let simulated participants answer it."""
 
-import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +12,8 @@ from dataset_tools.batch_files import Look
 from dataset_tools.items import list_items
 from dataset_tools.questionnaire import Item, Key, Scheme
 from dataset_tools.sentinels import Drawing, artists_drawings
-from dataset_tools.simulate import Crowd, Distances, answer_all, answer_until_reliable, make_crowd, write_results
+from dataset_tools.simulate import Crowd, Distances, answer_all, answer_until_reliable, make_crowd
+from dataset_tools.simulated_results import crowd_name, write_results
 from dataset_tools.spread import varied
 from ncmodel.errors import UsageError
 from ncmodel.types import Floats
@@ -100,13 +100,13 @@ def simulate_batch(
     for item in key.items:
         distances(item)
         advance()
-    # Enough for all to be answered reliably, however many clickers there are; nobody is named twice in two batches.
+    # Enough for all to be answered reliably, however many clickers there are.
     count = participants or 10 + 20 * len(key.questionnaires)
-    name = f"simulated-{hashlib.blake2b(f'{seed} {list(key.questionnaires)}'.encode(), digest_size=2).hexdigest()}"
-    people = make_crowd(count, crowd, distances, len(artists), np.random.default_rng([seed, 1]), name)
+    name, rng = crowd_name(seed, key.questionnaires), np.random.default_rng([seed, 1])
+    people = make_crowd(count, crowd, distances, len(artists), rng, name)
     sittings = answer_all(key, people, seed) if participants else answer_until_reliable(key, people, seed)
     fields = sorted({q.field for questionnaire in key.questionnaires.values() for q in questionnaire.questions})
-    kinds = write_results(out, sittings, fields)
+    kinds = write_results(out, (sitting.sent for sitting in sittings), fields)
     return {"simulated_participants": kinds.total(), **kinds, "questionnaires": len(key.questionnaires)}
 
 

@@ -5,12 +5,9 @@ of the view, but sees distances with noise, and answers "none of these" where al
 random.
 """
 
-import csv
-import json
-from collections import Counter, deque
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import cv2
@@ -20,9 +17,8 @@ from dataset_tools.artist import ArtistDrawings
 from dataset_tools.chamfer import distance_field
 from dataset_tools.items import drawing_path
 from dataset_tools.questionnaire import N_OPTIONS, NONE, Item, Key, Question, Questionnaire
-from dataset_tools.results import SIMULATED
+from dataset_tools.simulated_results import Reply, Sent
 from ncmodel.errors import UsageError
-from ncmodel.files import atomic
 from ncmodel.pictures import read_grey
 from ncmodel.types import Floats, Image, Mask
 
@@ -31,18 +27,6 @@ INK = 0.3
 
 COMPARED_SIDE = 384
 """Drawings are compared at this size."""
-
-MTURK_COLUMNS = (
-    "HITId", "HITTypeId", "Title", "Description", "Keywords", "Reward", "CreationTime", "MaxAssignments",
-    "RequesterAnnotation", "AssignmentDurationInSeconds", "AutoApprovalDelayInSeconds", "Expiration",
-    "NumberOfSimilarHITs", "LifetimeInSeconds", "AssignmentId", "WorkerId", "AssignmentStatus", "AcceptTime",
-    "SubmitTime", "AutoApprovalTime", "ApprovalTime", "RejectionTime", "RequesterFeedback", "WorkTimeInSeconds",
-    "LifetimeApprovalRate", "Last30DaysApprovalRate", "Last7DaysApprovalRate",
-)  # fmt: skip
-"""The columns of a results file before Input.* and Answer.*, in Mechanical Turk's order."""
-
-EPOCH = datetime(2026, 1, 5, 9, 0, 0, tzinfo=UTC)
-"""When the first simulated participant begins."""
 
 
 @dataclass(frozen=True)
@@ -118,14 +102,6 @@ class _Seen:
         return float(there + back) / 2 / COMPARED_SIDE
 
 
-@dataclass(frozen=True)
-class Reply:
-    """What a participant answers to one question, and how long it takes."""
-
-    value: str
-    seconds: float
-
-
 Behaviour = Callable[[Question, int, np.random.Generator], Reply]
 """Answers a question (with its number, from 0) of a questionnaire."""
 
@@ -197,6 +173,11 @@ class Sitting:
         checks = (question for question in self.questionnaire.questions if question.sentinel)
         return all(question.choice(self.replies[question.field].value) == 0 for question in checks)
 
+    @property
+    def sent(self) -> Sent:
+        """What comes back."""
+        return Sent(self.participant.name, self.participant.kind, self.questionnaire.identifier, self.replies)
+
 
 def answer_all(key: Key, participants: Iterable[Participant], seed: int) -> Iterator[Sitting]:
     """Each participant answers one questionnaire, in turn; when all are answered they go round again."""
@@ -225,46 +206,3 @@ def sit(participant: Participant, questionnaire: Questionnaire, rng: np.random.G
         for place, question in enumerate(questionnaire.questions)
     }
     return Sitting(participant, questionnaire, replies)
-
-
-def write_results(path: Path, sittings: Iterable[Sitting], fields: Iterable[str]) -> Counter[str]:
-    """Write a results file in Mechanical Turk's format, every row of it marked as simulated.
-
-    Returns:
-        Kind of participant -> how many answered.
-    """
-    answers = [f"Answer.{name}" for name in (*fields, "seconds")]
-    kinds: Counter[str] = Counter()
-    with atomic(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
-        header = [*MTURK_COLUMNS, "Input.questionnaire", *answers, "Approve", "Reject"]
-        writer = csv.DictWriter(file, header, restval="", lineterminator="\n")
-        writer.writeheader()
-        for number, sitting in enumerate(sittings, 1):
-            kinds[sitting.participant.kind] += 1
-            writer.writerow(_result(number, sitting))
-    return kinds
-
-
-def _result(number: int, sitting: Sitting) -> dict[str, str]:
-    name, identifier = sitting.participant.name, sitting.questionnaire.identifier
-    total = sum(reply.seconds for reply in sitting.replies.values())
-    begin = EPOCH + timedelta(minutes=3 * number)
-    return {
-        "HITId": f"simulated-{identifier}",
-        "Title": "Answered by simulated participants",
-        "RequesterAnnotation": SIMULATED,
-        "MaxAssignments": "1",
-        "AssignmentId": f"{name}-{identifier}",
-        "WorkerId": name,
-        "AssignmentStatus": "Submitted",
-        "AcceptTime": _clock(begin),
-        "SubmitTime": _clock(begin + timedelta(seconds=total)),
-        "WorkTimeInSeconds": str(round(total)),
-        "Input.questionnaire": identifier,
-        **{f"Answer.{field}": reply.value for field, reply in sitting.replies.items()},
-        "Answer.seconds": json.dumps({field: round(reply.seconds, 1) for field, reply in sitting.replies.items()}),
-    }
-
-
-def _clock(moment: datetime) -> str:
-    return moment.strftime("%a %b %d %H:%M:%S UTC %Y")

@@ -12,7 +12,9 @@ from dataset_tools.questionnaire import N_OPTIONS, Item
 T = TypeVar("T")
 
 
-def deal(needs: Mapping[Item, int], size: int, rng: np.random.Generator, fill: bool = True) -> list[list[Item]]:
+def deal(
+    needs: Mapping[Item, int], size: int, rng: np.random.Generator, fill: bool = True, others: Collection[Item] = ()
+) -> list[list[Item]]:
     """Deal items to the fewest questionnaires that give each the votes it needs.
 
     All votes are laid in a row, those of a shape side by side, and dealt like cards to the questionnaires in turn. So
@@ -25,18 +27,20 @@ def deal(needs: Mapping[Item, int], size: int, rng: np.random.Generator, fill: b
         rng: Source of the order.
         fill: Give every questionnaire exactly `size` items, with spare votes for some items; otherwise questionnaires
             are only as long as the votes need (at most one spare vote each, so that all are of one length).
+        others: Items that need no votes and may fill questionnaires up.
     """
     short = {item: votes for item, votes in needs.items() if votes > 0}
     if not short:
         return []
-    total, size = sum(short.values()), min(size, len(short))
+    to_fill = [*short, *(item for item in others if item not in short)]
+    total, size = sum(short.values()), min(size, len(to_fill))
     count = max(-(-total // size), max(short.values()))
     length = size if fill else -(-total // count)
     hands: list[list[Item]] = [[] for _ in range(count)]
     cards = [item for item in _by_shape(short, rng) for _ in range(short[item])]
     for place, card in enumerate(cards):
         hands[place % count].append(card)
-    _fill(hands, length, list(short), rng)
+    _fill(hands, length, to_fill, rng)
     return [hands[i] for i in rng.permutation(count)]
 
 

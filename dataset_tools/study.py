@@ -4,7 +4,6 @@ A questionnaire has 15 pairs, then the same 15 with sides swapped in another ord
 differently the second time is unreliable.
 """
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from enum import StrEnum
@@ -17,6 +16,7 @@ from dataset_tools.batch_files import BatchWriter, Look, Sheet, Shown
 from dataset_tools.pages import pair_template
 from dataset_tools.questionnaire import KEY_NAME, NONE, Item, Tokens, field_name, read_key
 from dataset_tools.spread import deal
+from dataset_tools.study_folders import Comparison, StudyFolders
 from ncmodel.errors import InputError, UsageError
 
 BOTH = "both"
@@ -30,14 +30,6 @@ class Preference(StrEnum):
     RIVAL = "rival"
     BOTH = "both"
     NONE = "none"
-
-
-@dataclass(frozen=True, order=True)
-class Comparison:
-    """Our drawing of a case against a rival's."""
-
-    case: str
-    rival: str
 
 
 @dataclass(frozen=True)
@@ -81,11 +73,29 @@ class PairQuestion:
 
 @dataclass(frozen=True)
 class StudyKey:
-    """All questionnaires of a study: identifier -> questions; and how it was made."""
+    """All questionnaires of a study: identifier -> questions; and how it was made.
+
+    Attributes:
+        questionnaires: By identifier, in the order of `tasks.csv`.
+        ours: What our method is called.
+        scheme: Numbers of questions.
+        folders: Where the pictures are, seen from the batch's folder; None where a key doesn't tell.
+    """
 
     questionnaires: Mapping[str, Sequence[PairQuestion]]
     ours: str
     scheme: StudyScheme
+    folders: StudyFolders | None = None
+
+    @property
+    def comparisons(self) -> list[Comparison]:
+        """All that is compared, sorted."""
+        return sorted({question.comparison for asked in self.questionnaires.values() for question in asked})
+
+    @property
+    def fewest_pairs(self) -> int:
+        """Comparisons in the shortest questionnaire."""
+        return min(len(questions) for questions in self.questionnaires.values()) // 2
 
     def record(self) -> dict[str, Any]:
         """What `key.json` holds; `shape` and `view` of a question are its case and rival."""
@@ -93,6 +103,7 @@ class StudyKey:
             "study": "pairs",
             "ours": self.ours,
             "scheme": asdict(self.scheme),
+            **({"folders": self.folders.record()} if self.folders else {}),
             "questionnaires": {
                 name: {"questions": [_to_record(question) for question in questions]}
                 for name, questions in self.questionnaires.items()
@@ -112,8 +123,9 @@ class StudyKey:
                 name: [_from_record(question) for question in entry["questions"]]
                 for name, entry in record["questionnaires"].items()
             }
-            return StudyKey(questionnaires, str(record["ours"]), StudyScheme(**record["scheme"]))
-        except (KeyError, TypeError, ValueError) as error:
+            folders = StudyFolders.from_record(record["folders"]) if "folders" in record else None
+            return StudyKey(questionnaires, str(record["ours"]), StudyScheme(**record["scheme"]), folders)
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
             found = f"not the key of a study ({type(error).__name__}: {error})"
             expected = "a key that `ncontours crowd study build` wrote"
             raise InputError(Path(batch_dir) / KEY_NAME, found, expected) from error
@@ -137,50 +149,14 @@ def _from_record(record: Mapping[str, Any]) -> PairQuestion:
     return PairQuestion(record["field"], comparison, bool(record["flipped"]), answers)
 
 
-@dataclass(frozen=True)
-class StudyFolders:
-    """Where the study's pictures are.
-
-    Attributes:
-        ours: Folder with our drawings, CASE.png.
-        rivals: Rival's name -> folder with its drawings of the same cases.
-        renders: Folder with renders of the shapes, CASE/*.png, the same number for each case.
-    """
-
-    ours: Path
-    rivals: Mapping[str, Path]
-    renders: Path
-
-    def cases(self) -> list[str]:
-        """The cases: what we have drawings of.
-
-        Raises:
-            InputError: There are none, or a rival's drawing or the renders of one are missing.
-        """
-        names = sorted(path.stem for path in self.ours.glob("*.png"))
-        if not names:
-            raise InputError(self.ours, "no drawings", "CASE.png for each case")
-        for name in names:
-            for folder in self.rivals.values():
-                if not (folder / f"{name}.png").is_file():
-                    raise InputError(folder / f"{name}.png", "no such file", f"a drawing, as {self.ours} has one")
-        counts = {name: len(self.render_paths(name)) for name in names}
-        few = min(counts, key=lambda name: counts[name])
-        if counts[few] == 0 or counts[few] != max(counts.values()):
-            found = f"{counts[few]} renders"
-            raise InputError(self.renders / few, found, f"as many as others have ({max(counts.values())}), 1 or more")
-        return names
-
-    def render_paths(self, case: str) -> list[Path]:
-        """The renders of a case, in order."""
-        return sorted((self.renders / case).glob("*.png"), key=lambda path: (len(path.stem), path.stem))
-
-    def drawing(self, case: str, rival: str | None) -> Path:
-        """A drawing of a case: the rival's, or ours."""
-        return (self.ours if rival is None else self.rivals[rival]) / f"{case}.png"
-
-
-def build_study(folders: StudyFolders, ours: str, scheme: StudyScheme, look: Look, batch_dir: Path) -> StudyKey:
+def build_study(
+    folders: StudyFolders,
+    ours: str,
+    scheme: StudyScheme,
+    look: Look,
+    batch_dir: Path,
+    needs: Mapping[Comparison, int] | None = None,
+) -> StudyKey:
     """Write the batch folder of a study.
 
     Args:
@@ -189,25 +165,29 @@ def build_study(folders: StudyFolders, ours: str, scheme: StudyScheme, look: Loo
         scheme: Numbers of questions.
         look: How pictures are delivered.
         batch_dir: A folder that doesn't exist yet or is empty.
+        needs: Comparison -> answers wanted; by default all comparisons, with the scheme's number. Others fill the
+            questionnaires up, for who answers few pairs can't be told from who clicks.
 
     Raises:
         UsageError: The folder holds something, or there are no rivals.
         InputError: A picture is missing or can't be read.
     """
-    if not folders.rivals:
-        raise UsageError("no rivals: there is nothing to compare with")
-    cases = folders.cases()
-    contents = b"".join(folders.drawing(case, None).read_bytes() for case in cases)
-    tokens = Tokens(scheme.seed, hashlib.blake2b(contents).digest())
+    comparisons = folders.comparisons()
+    wanted = dict.fromkeys(comparisons, scheme.answers) if needs is None else needs
+    unknown = sorted(set(wanted) - set(comparisons))
+    if unknown:
+        found = f"no drawing of {unknown[0].case} by {unknown[0].rival}"
+        raise InputError(folders.ours, found, "drawings of everything that is to be asked about")
+    tokens = Tokens(scheme.seed, folders.fingerprint(wanted))
     rng = np.random.default_rng([scheme.seed, int(tokens("order"), 16)])
-    needs = {Item(case, rival): scheme.answers for case in cases for rival in sorted(folders.rivals)}
+    items = {Item(one.case, one.rival): wanted.get(one, 0) for one in comparisons}
     questionnaires, sheets = {}, []
-    for number, hand in enumerate(deal(needs, scheme.pairs, rng)):
+    for number, hand in enumerate(deal(items, scheme.pairs, rng, others=items)):
         name = tokens("questionnaire", number)
         questions = _plan([Comparison(item.shape, item.view) for item in hand], name, tokens, rng)
         questionnaires[name] = questions
         sheets.append(Sheet(name, tuple(_shown(question, folders) for question in questions)))
-    key = StudyKey(questionnaires, ours, scheme)
+    key = StudyKey(questionnaires, ours, scheme, folders.seen_from(batch_dir))
     BatchWriter(tokens, look, pair_template).write(batch_dir, sheets, key.record())
     return key
 

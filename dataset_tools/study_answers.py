@@ -8,7 +8,8 @@ from pathlib import Path
 
 from dataset_tools.ingestion import AnswerFile, Identity, Ingested, append, read_rows, to_cell, to_seconds, to_whole
 from dataset_tools.results import Answered, Problem
-from dataset_tools.study import Comparison, Preference, StudyKey
+from dataset_tools.study import Preference, StudyKey
+from dataset_tools.study_folders import Comparison
 from ncmodel.errors import InputError
 
 
@@ -124,20 +125,25 @@ class StudyResult:
         inconsistent: Worker -> pairs of answers that differ or of which one is missing, in the first questionnaire.
         unreliable: Workers with too many of them.
         counts: Rival -> preference -> consistent answers that count.
-        short: Comparisons with fewer consistent answers than wanted.
-        comparisons: All comparisons.
+        short: Comparisons with fewer consistent answers than wanted -> how many they lack.
+        comparisons: All comparisons, those that nobody answered too.
         simulated: Whether nobody gave some of the answers.
     """
 
     inconsistent: Mapping[str, int]
     unreliable: frozenset[str]
     counts: Mapping[str, Mapping[Preference, int]]
-    short: Sequence[Comparison]
+    short: Mapping[Comparison, int]
     comparisons: Sequence[Comparison]
     simulated: bool
 
 
-def evaluate_study(answers: Iterable[PairAnswer], wanted: int = 3, most_inconsistent: int = 7) -> StudyResult:
+def evaluate_study(
+    answers: Iterable[PairAnswer],
+    wanted: int = 3,
+    most_inconsistent: int = 7,
+    asked: Iterable[Comparison] = (),
+) -> StudyResult:
     """Find consistent answers and count them; the order of answers never matters.
 
     Of each worker the first questionnaire counts. An answer to a comparison is consistent if both askings got the
@@ -148,6 +154,7 @@ def evaluate_study(answers: Iterable[PairAnswer], wanted: int = 3, most_inconsis
         answers: All answers.
         wanted: Consistent answers for each comparison.
         most_inconsistent: A worker with more inconsistent pairs is unreliable.
+        asked: Comparisons of the study, so that one without any answer is known to lack all.
     """
     everything = list(answers)
     by_worker: dict[str, list[PairAnswer]] = {}
@@ -156,17 +163,18 @@ def evaluate_study(answers: Iterable[PairAnswer], wanted: int = 3, most_inconsis
     first = {worker: _first(own) for worker, own in sorted(by_worker.items())}
     inconsistent = {worker: sum(answer is None for answer in _pairs(own).values()) for worker, own in first.items()}
     unreliable = frozenset(worker for worker, count in inconsistent.items() if count > most_inconsistent)
-    given: dict[Comparison, list[tuple[str, str, Preference]]] = {a.comparison: [] for a in everything}
+    compared = {*asked, *(answer.comparison for answer in everything)}
+    given: dict[Comparison, list[tuple[str, str, Preference]]] = {comparison: [] for comparison in sorted(compared)}
     for worker, own in first.items():
         for comparison, preference in _pairs(own).items() if worker not in unreliable else ():
             if preference is not None:
                 given[comparison].append((own[0].submitted or "~", worker, preference))
-    counts: dict[str, Counter[Preference]] = {comparison.rival: Counter() for comparison in sorted(given)}
+    counts: dict[str, Counter[Preference]] = {comparison.rival: Counter() for comparison in given}
     for comparison, entries in given.items():
         counts[comparison.rival].update(preference for _, _, preference in sorted(entries)[:wanted])
-    short = sorted(comparison for comparison, entries in given.items() if len(entries) < wanted)
+    short = {one: wanted - len(entries) for one, entries in given.items() if len(entries) < wanted}
     simulated = any(answer.source == "simulated" for answer in everything)
-    return StudyResult(inconsistent, unreliable, counts, short, sorted(given), simulated)
+    return StudyResult(inconsistent, unreliable, counts, short, list(given), simulated)
 
 
 def _first(own: Sequence[PairAnswer]) -> list[PairAnswer]:

@@ -40,6 +40,7 @@ def summary(found: StudyResult, ours: str) -> dict[str, object]:
         "unreliable": sorted(found.unreliable),
         "comparisons": len(found.comparisons),
         "short_of_answers": len(found.short),
+        "answers_lacking": sum(found.short.values()),
         "rivals": {rival: _figures(counts) for rival, counts in found.counts.items()},
     }
 
@@ -80,8 +81,9 @@ def write_study_report(found: StudyResult, ours: str, path: Path) -> None:
     sections += [
         Section(f"{ours} against {rival}", _against(ours, rival, counts)) for rival, counts in found.counts.items()
     ]
-    rows = [(comparison.case, comparison.rival) for comparison in found.short]
-    sections.append(Section("Short of answers", [Table(["case", "rival"], rows, "Ask again about these.")]))
+    rows = [(one.case, one.rival, Cell(str(lacking), lacking)) for one, lacking in found.short.items()]
+    caption = "Ask again about these: `ncontours crowd study topup`." if rows else "None."
+    sections.append(Section("Short of answers", [Table(["case", "rival", "lacks"], rows, caption)]))
     write_report(path, "Which drawing conveys the shape better?", sections, f"{ours} beside other methods' drawings.")
 
 

@@ -4,7 +4,9 @@ import csv
 import json
 import random
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,9 +15,12 @@ from dataset_tools.batch_files import Look
 from dataset_tools.questionnaire import NONE
 from dataset_tools.results import Answered, read_csv_results
 from dataset_tools.site_batch import SiteBatch
-from dataset_tools.study import BOTH, Comparison, Preference, StudyFolders, StudyKey, StudyScheme, build_study
+from dataset_tools.study import BOTH, Preference, StudyKey, StudyScheme, build_study
 from dataset_tools.study_answers import PairAnswer, evaluate_study, ingest_study, read_answers
+from dataset_tools.study_folders import Comparison, StudyFolders
 from dataset_tools.study_report import summary, wilson, write_study_report
+from dataset_tools.study_simulate import StudyCrowd, simulate_study
+from ncmodel.cli.main import main
 from ncmodel.errors import InputError, UsageError
 from ncmodel.pictures import from_ink, write_png
 from tests.crowd_data import scribble
@@ -129,11 +134,11 @@ def test_only_equal_answers_count_and_three_of_them() -> None:
     votes = [*answer("a", ours, ours), *answer("b", ours, rival), *answer("c", rival, rival), *answer("d", ours, None)]
     found = evaluate_study(votes)
     assert dict(found.counts["r"]) == {ours: 1, rival: 1}
-    assert found.short == [Comparison("c", "r")]
+    assert found.short == {Comparison("c", "r"): 1}
     assert found.inconsistent == {"a": 0, "b": 1, "c": 0, "d": 1}
     many = [entry for worker in "abcdefg" for entry in answer(worker, ours, ours)]
     assert sum(evaluate_study(many).counts["r"].values()) == 3
-    assert evaluate_study(many).short == []
+    assert evaluate_study(many).short == {}
 
 
 def test_more_than_seven_inconsistent_is_unreliable_and_seven_is_not() -> None:
@@ -192,3 +197,78 @@ def test_bad_input(folders: StudyFolders, batch: Path, tmp_path: Path) -> None:
     (tmp_path / "key.json").write_text(json.dumps({"questionnaires": {"a": {"questions": [{}]}}}))
     with pytest.raises(InputError, match="not the key of a study"):
         StudyKey.load(tmp_path)
+
+
+def test_comparisons_that_nobody_answered_are_short(batch: Path) -> None:
+    key = StudyKey.load(batch)
+    found = evaluate_study([], asked=key.comparisons)
+    assert found.short == dict.fromkeys(key.comparisons, 3)
+    assert len(found.comparisons) == CASES * len(RIVALS)
+    assert set(found.counts) == set(RIVALS)
+    one = answer("w", Preference.OURS, Preference.OURS, case="case_0")
+    some = evaluate_study([replace(a, rival="canny") for a in one], asked=key.comparisons).short
+    assert some[Comparison("case_0", "canny")] == 2
+    assert some[Comparison("case_0", "contours")] == 3
+
+
+def test_a_topup_asks_about_what_is_short_in_whole_questionnaires(folders: StudyFolders, tmp_path: Path) -> None:
+    short = {Comparison("case_3", "canny"): 2, Comparison("case_5", "contours"): 1}
+    key = build_study(folders, "NCs", StudyScheme(pairs=8), Look(16, 16), tmp_path / "more", short)
+    assert len(key.questionnaires) == 2, "the fewest that can hold two answers to one comparison"
+    asked = Counter(q.comparison for questions in key.questionnaires.values() for q in questions if not q.flipped)
+    assert all(asked[comparison] >= lacking for comparison, lacking in short.items())
+    assert {len(questions) for questions in key.questionnaires.values()} == {16}
+    assert StudyKey.load(tmp_path / "more") == key
+    first = build_study(folders, "NCs", StudyScheme(pairs=8), Look(16, 16), tmp_path / "first")
+    assert not set(first.questionnaires) & set(key.questionnaires)
+
+
+def test_the_loop_by_commands(
+    folders: StudyFolders, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Build, simulate, ingest, report, top up, again and again until no comparison is short."""
+    monkeypatch.chdir(tmp_path)
+    against = [word for name, folder in folders.rivals.items() for word in ("--against", f"{name}={folder}")]
+    small = ["--drawing-side", "16", "--render-side", "16"]
+    pictures = ["--ours", f"NCs={folders.ours}", *against, "--renders", str(folders.renders), *small]
+
+    def study(*arguments: str) -> dict[str, Any]:
+        capsys.readouterr()
+        assert main(["crowd", "study", *arguments, "--json"]) == 0
+        record = json.loads(capsys.readouterr().out)
+        assert isinstance(record, dict)
+        return record
+
+    built = study("build", "batch0", *pictures)
+    assert built == {"questionnaires": 5, "comparisons": 24, "short": 24}
+    lacking = []
+    for turn in range(12):
+        done = study("simulate", f"batch{turn}", "-o", "results.csv", "--noise", "0.3", "--random-clickers", "0.4")
+        assert "simulated participant" in Path("results.csv").read_text()
+        ingested = study("ingest", f"batch{turn}", "results.csv", "-o", "answers.csv")
+        assert ingested["assignments"] == done["simulated_participants"]
+        report = study("report", "batch0", "answers.csv", "-o", "report.html")
+        assert report["simulated"] is True
+        assert report["comparisons"] == 24
+        assert "simulated: nobody gave" in Path("report.html").read_text()
+        lacking.append(report["answers_lacking"])
+        if study("topup", "batch0", "answers.csv", f"batch{turn + 1}", *small)["questionnaires"] == 0:
+            break
+    assert lacking[0] > 0, "clickers and second thoughts leave some short"
+    assert lacking == sorted(lacking, reverse=True)
+    assert lacking[-1] == 0
+    assert all(sum(rival[one.value]["count"] for one in Preference) == 36 for rival in report["rivals"].values())
+
+
+def test_simulated_participants_favour_no_method(batch: Path, tmp_path: Path) -> None:
+    """Appeals are made up alike for all methods, so over many seeds ours wins about half of what is decided."""
+    won = lost = 0
+    for seed in range(20):
+        simulate_study(batch, tmp_path / "r.csv", StudyCrowd(random_clickers=0.0), 9, seed)
+        (tmp_path / "a.csv").unlink(missing_ok=True)
+        ingest_study(read_csv_results(tmp_path / "r.csv"), StudyKey.load(batch), tmp_path / "a.csv")
+        found = evaluate_study(read_answers(tmp_path / "a.csv"))
+        won += sum(counts.get(Preference.OURS, 0) for counts in found.counts.values())
+        lost += sum(counts.get(Preference.RIVAL, 0) for counts in found.counts.values())
+    assert won + lost > 500
+    assert 0.4 < won / (won + lost) < 0.6

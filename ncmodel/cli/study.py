@@ -1,23 +1,33 @@
 """`ncontours crowd study`: pairs of methods' drawings before people's eyes."""
 
-from dataclasses import asdict
+import sys
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from ncmodel.cli.common import emit
 from ncmodel.cli.ingested import emit_ingested
-from ncmodel.errors import UsageError
+from ncmodel.errors import InputError, UsageError
+
+if TYPE_CHECKING:
+    from dataset_tools.study import StudyKey
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print a summary as one JSON object.")]
 BatchDir = Annotated[Path, typer.Argument(help="Folder of the study's questionnaires.")]
+Answers = Annotated[Path, typer.Argument(help="Answers that `ncontours crowd study ingest` wrote.")]
+BaseUrl = Annotated[str, typer.Option(help="What stands before the pictures' names in tasks.csv.")]
+Embed = Annotated[bool, typer.Option(help="Put the pictures into tasks.csv, as data URIs.")]
+DrawingSide = Annotated[int, typer.Option(help="Longest side of a drawing, pixels.")]
+RenderSide = Annotated[int, typer.Option(help="Longest side of a render, pixels.")]
+Seed = Annotated[int, typer.Option(help="Of everything random.")]
 
 
 def register(group: typer.Typer) -> None:
     """Add the commands to the group of crowd commands."""
     study = typer.Typer(help="The perceptual study: pairs of methods' drawings.", no_args_is_help=True)
-    for command in (build, ingest, report):
+    for command in (build, simulate, ingest, report, topup):
         study.command(command.__name__)(command)
     group.add_typer(study, name="study")
 
@@ -32,24 +42,40 @@ def build(
     pairs: Annotated[int, typer.Option(help="Comparisons in a questionnaire, each asked about twice.")] = 15,
     answers: Annotated[int, typer.Option(help="Consistent answers that each comparison should get.")] = 3,
     most_inconsistent: Annotated[int, typer.Option(help="With more inconsistent answers one is unreliable.")] = 7,
-    base_url: Annotated[str, typer.Option(help="What stands before the pictures' names in tasks.csv.")] = "images/",
-    embed: Annotated[bool, typer.Option(help="Put the pictures into tasks.csv, as data URIs.")] = False,
-    drawing_side: Annotated[int, typer.Option(help="Longest side of a drawing, pixels.")] = 768,
-    render_side: Annotated[int, typer.Option(help="Longest side of a render, pixels.")] = 384,
-    seed: Annotated[int, typer.Option(help="Of everything random.")] = 0,
+    base_url: BaseUrl = "images/",
+    embed: Embed = False,
+    drawing_side: DrawingSide = 768,
+    render_side: RenderSide = 384,
+    seed: Seed = 0,
     as_json: AsJson = False,
 ) -> None:
     """Make questionnaires that show our drawings beside other methods'."""
     from dataset_tools.batch_files import Look
-    from dataset_tools.study import StudyFolders, StudyScheme, build_study
+    from dataset_tools.study import StudyScheme, build_study
+    from dataset_tools.study_folders import StudyFolders
 
     name, folder = _named(ours, "--ours")
     folders = StudyFolders(folder, dict(_named(text, "--against") for text in against), renders)
     scheme = StudyScheme(pairs, answers, most_inconsistent, seed)
     key = build_study(folders, name, scheme, Look(drawing_side, render_side, base_url, embed), batch_dir)
-    comparisons = {question.comparison for questions in key.questionnaires.values() for question in questions}
-    record = {"questionnaires": len(key.questionnaires), "comparisons": len(comparisons)}
-    emit(record, as_json, f"{len(key.questionnaires)} questionnaires, {len(comparisons)} comparisons, in {batch_dir}")
+    _emit_built(key, batch_dir, as_json)
+
+
+def _emit_built(key: "StudyKey", batch_dir: Path, as_json: bool, short: int | None = None) -> None:
+    """Tell what was made; `short` is how many of the comparisons lack answers, where that isn't all."""
+    if key.fewest_pairs <= key.scheme.most_inconsistent:
+        sys.stderr.write(
+            f"note: {key.fewest_pairs} comparisons in a questionnaire: with --most-inconsistent "
+            f"{key.scheme.most_inconsistent} nobody is unreliable, whatever they answer\n"
+        )
+    count = len(key.comparisons)
+    record = {
+        "questionnaires": len(key.questionnaires),
+        "comparisons": count,
+        "short": count if short is None else short,
+    }
+    text = "{questionnaires} questionnaires, {comparisons} comparisons ({short} of them short of answers), in "
+    emit(record, as_json, text.format(**record) + str(batch_dir))
 
 
 def _named(text: str, option: str) -> tuple[str, Path]:
@@ -73,9 +99,27 @@ def ingest(
     emit_ingested(ingest_study(read_results(results), StudyKey.load(batch_dir), output), output, as_json)
 
 
+def simulate(
+    batch_dir: BatchDir,
+    output: Annotated[Path, typer.Option("--output", "-o", help="Results file to write.")],
+    participants: Annotated[
+        int | None, typer.Option(help="How many; by default until each questionnaire was answered reliably.")
+    ] = None,
+    random_clickers: Annotated[float, typer.Option(help="Share of participants who click at random.")] = 0.15,
+    noise: Annotated[float, typer.Option(help="Spread of the errors in judging a drawing.")] = 0.15,
+    seed: Seed = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Let simulated participants with made-up preferences answer a study; their results say that they are simulated."""
+    from dataset_tools.study_simulate import StudyCrowd, simulate_study
+
+    done = simulate_study(batch_dir, output, StudyCrowd(noise, random_clickers), participants, seed)
+    emit(done, as_json, f"{done['simulated_participants']} simulated participants in {output}")
+
+
 def report(
     batch_dir: BatchDir,
-    answers: Annotated[Path, typer.Argument(help="Answers that `ncontours crowd study ingest` wrote.")],
+    answers: Answers,
     output: Annotated[Path, typer.Option("--output", "-o", help="HTML file to write.")],
     as_json: AsJson = False,
 ) -> None:
@@ -85,8 +129,38 @@ def report(
     from dataset_tools.study_report import summary, write_study_report
 
     key = StudyKey.load(batch_dir)
-    found = evaluate_study(read_answers(answers), key.scheme.answers, key.scheme.most_inconsistent)
+    found = evaluate_study(read_answers(answers), key.scheme.answers, key.scheme.most_inconsistent, key.comparisons)
     write_study_report(found, key.ours, output)
-    figures = summary(found, key.ours)
-    people, out = len(found.inconsistent), len(found.unreliable)
-    emit({**figures, "scheme": asdict(key.scheme)}, as_json, f"{people} participants, {out} unreliable; see {output}")
+    text = (
+        f"{len(found.inconsistent)} participants, {len(found.unreliable)} unreliable; {len(found.short)} of "
+        f"{len(found.comparisons)} comparisons short of {key.scheme.answers} consistent answers; see {output}"
+    )
+    emit({**summary(found, key.ours), "scheme": asdict(key.scheme)}, as_json, text)
+
+
+def topup(
+    batch_dir: BatchDir,
+    answers: Answers,
+    more_dir: Annotated[Path, typer.Argument(help="Folder to write the further questionnaires to.")],
+    base_url: BaseUrl = "images/",
+    embed: Embed = False,
+    drawing_side: DrawingSide = 768,
+    render_side: RenderSide = 384,
+    seed: Seed = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Make questionnaires about the comparisons that are short of consistent answers; others fill them up."""
+    from dataset_tools.batch_files import Look
+    from dataset_tools.study import StudyKey, build_study
+    from dataset_tools.study_answers import evaluate_study, read_answers
+
+    key = StudyKey.load(batch_dir)
+    if key.folders is None:
+        raise InputError(batch_dir / "key.json", "no folders of drawings", "a key that this version wrote")
+    found = evaluate_study(read_answers(answers), key.scheme.answers, key.scheme.most_inconsistent, key.comparisons)
+    if not found.short:
+        emit({"questionnaires": 0, "comparisons": 0, "short": 0}, as_json, "no comparison is short of answers")
+        return
+    look, scheme = Look(drawing_side, render_side, base_url, embed), replace(key.scheme, seed=seed)
+    more = build_study(key.folders.under(batch_dir), key.ours, scheme, look, more_dir, found.short)
+    _emit_built(more, more_dir, as_json, len(found.short))
