@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from dataset_tools.questionnaire import NONE, Item, Question
+from dataset_tools.questionnaire import NONE, Question
 from dataset_tools.simulate import Behaviour, Sitting, random_clicker
 from dataset_tools.simulated_results import Reply
+from ncmodel.items import Item
 from ncmodel.types import Floats
 
 Distance = Callable[[Item], Floats]

@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Literal
 
 from dataset_tools.dawid_skene import one_coin
-from dataset_tools.questionnaire import N_OPTIONS, Item
 from dataset_tools.reliability import Participant, assess, counted
+from dataset_tools.twins import ALL_DIFFERENT, Twins, different
 from dataset_tools.votes import Vote
 from ncmodel.errors import UsageError
 from ncmodel.files import write_text
+from ncmodel.items import Item
 
 Method = Literal["majority", "one-coin"]
 
@@ -59,15 +60,17 @@ class Verdict:
 
     Attributes:
         item: The item.
-        votes: Choice (-1 none, 0..7) -> votes that count.
+        votes: Choice (-1 none, 0..7) -> votes that count; those for twins count for the first of them.
         choice: What they agree on (-1: that none is good); None without consensus.
         sources: Where the votes came from.
+        twins: Which of the drawings are the same picture.
     """
 
     item: Item
     votes: Mapping[int, int]
     choice: int | None
     sources: tuple[str, ...]
+    twins: Twins
 
     @property
     def total(self) -> int:
@@ -78,6 +81,11 @@ class Verdict:
     def best(self) -> int | None:
         """The drawing that they agree on, if any."""
         return self.choice if self.choice is not None and self.choice >= 0 else None
+
+    @property
+    def others(self) -> list[int]:
+        """The drawings that differ from the best one and from each other: what it is better than."""
+        return [index for index in different(self.twins) if index != self.best]
 
 
 @dataclass(frozen=True)
@@ -94,7 +102,7 @@ class Aggregated:
         return sum(person.reliable for person in self.participants.values()) / max(1, len(self.participants))
 
     def pairs(self) -> list[dict[str, object]]:
-        """The ranking pairs: of each accepted item the best drawing against the seven others."""
+        """The ranking pairs: of each accepted item the best drawing against the others (seven, without twins)."""
         return [
             {
                 **verdict.item.record,
@@ -107,8 +115,7 @@ class Aggregated:
             }
             for verdict in self.verdicts
             if verdict.best is not None
-            for other in range(N_OPTIONS)
-            if other != verdict.best
+            for other in verdict.others
         ]
 
     def summary(self) -> dict[str, object]:
@@ -129,7 +136,7 @@ class Aggregated:
             "accepted_rate": len(accepted) / max(1, len(self.verdicts)),
             "agreed_none": sum(verdict.choice == -1 for verdict in self.verdicts),
             "none_rate": none / max(1, votes),
-            "pairs": (N_OPTIONS - 1) * len(accepted),
+            "pairs": sum(len(verdict.others) for verdict in accepted),
             "train_items": len(accepted) - out,
             "validation_items": out,
             "validation_shapes": sorted(self.validation),
@@ -159,8 +166,9 @@ def aggregate(votes: Iterable[Vote], rules: Rules) -> Aggregated:
 def _verdicts(items: Sequence[Item], kept: Sequence[Vote], rules: Rules) -> list[Verdict]:
     counts: dict[Item, Counter[int]] = {item: Counter() for item in items}
     sources: dict[Item, set[str]] = {item: set() for item in items}
+    twins = {vote.item: vote.twins for vote in sorted(kept, key=lambda vote: vote.twins)}
     for vote in kept:
-        counts[vote.item][vote.choice] += 1
+        counts[vote.item][vote.drawing] += 1
         sources[vote.item].add(vote.source)
     believed = one_coin(kept) if rules.method == "one-coin" else {}
     return [
@@ -171,6 +179,7 @@ def _verdicts(items: Sequence[Item], kept: Sequence[Vote], rules: Rules) -> list
             if item in believed and rules.method == "one-coin"
             else _majority(counts[item], rules.least),
             tuple(sorted(sources[item])),
+            twins.get(item, ALL_DIFFERENT),
         )
         for item in items
     ]

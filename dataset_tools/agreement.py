@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc
 
-from dataset_tools.questionnaire import N_OPTIONS, Item
 from dataset_tools.votes import Vote
+from ncmodel.items import DRAWINGS, Item
 from ncmodel.types import Floats
 
-CHOICES = N_OPTIONS + 1
+CHOICES = DRAWINGS + 1
 
 
 def krippendorff_alpha(votes: Sequence[Vote]) -> float | None:
@@ -39,7 +39,7 @@ def _counts(votes: Sequence[Vote]) -> Floats:
     rows = {item: row for row, item in enumerate(sorted({vote.item for vote in votes}))}
     counts = np.zeros((len(rows), CHOICES))
     for vote in votes:
-        counts[rows[vote.item], vote.choice + 1] += 1
+        counts[rows[vote.item], vote.drawing + 1] += 1
     return counts
 
 
@@ -59,7 +59,7 @@ class PositionBias:
 def position_bias(votes: Sequence[Vote]) -> PositionBias:
     """Whether participants favour positions; the drawings' order is random, so they shouldn't."""
     found = Counter(vote.position for vote in votes if vote.position)
-    counts = tuple(found[place] for place in range(1, N_OPTIONS + 1))
+    counts = tuple(found[place] for place in range(1, DRAWINGS + 1))
     return PositionBias(counts, p_value_of_evenness(counts) if sum(counts) else None)
 
 
@@ -77,8 +77,8 @@ def agreeing_share(votes: Sequence[Vote]) -> dict[str, tuple[int, int]]:
     agreed: Counter[str] = Counter()
     compared: Counter[str] = Counter()
     for group in by_item.values():
-        choices = Counter(vote.choice for vote in group)
+        choices = Counter(vote.drawing for vote in group)
         for vote in group:
-            agreed[vote.worker] += choices[vote.choice] - 1
+            agreed[vote.worker] += choices[vote.drawing] - 1
             compared[vote.worker] += len(group) - 1
     return {worker: (agreed[worker], compared[worker]) for worker in sorted(compared)}

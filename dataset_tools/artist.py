@@ -17,12 +17,12 @@ import cv2
 import numpy as np
 
 from dataset_tools.items import view_folder
-from dataset_tools.questionnaire import Item
 from ncmodel.camera import Camera
 from ncmodel.geometry.mesh import load_mesh
 from ncmodel.geometry.strokes import chain
 from ncmodel.geometry.surface import Surface
 from ncmodel.geometry.view import View
+from ncmodel.items import Item
 from ncmodel.pictures import from_ink, read_grey, write_png
 from ncmodel.raster import draw_segments
 from ncmodel.types import Floats, Image, Ints, LineFamily, Mask

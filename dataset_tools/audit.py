@@ -11,10 +11,10 @@ import numpy as np
 from dataset_tools.aggregate import Aggregated, Rules, Verdict, aggregate
 from dataset_tools.agreement import PositionBias, krippendorff_alpha, position_bias
 from dataset_tools.items import drawing_path, render_paths, view_folder
-from dataset_tools.questionnaire import N_OPTIONS, Item
 from dataset_tools.reliability import counted
 from dataset_tools.suspicion import flags
 from dataset_tools.votes import Vote
+from ncmodel.items import DRAWINGS, Item
 from ncmodel.pictures import Tile, from_brightness, read_grey
 from ncmodel.plots import bar_plot
 from ncmodel.report import Block, Cell, Facts, Fold, Grid, Section, Table, Text, write_report
@@ -113,7 +113,7 @@ def _overview(found: Audit) -> list[Block]:
 
 
 def _answers(found: Audit) -> list[Block]:
-    places = [str(place) for place in range(1, N_OPTIONS + 1)]
+    places = [str(place) for place in range(1, DRAWINGS + 1)]
     p_value = found.bias.p_value
     test = "no votes" if p_value is None else f"chi-square test that all are equal: p = {p_value:.2g}"
     agreeing = Counter(max(verdict.votes.values(), default=0) for verdict in found.aggregated.verdicts)
@@ -180,10 +180,12 @@ def _tiles(data_dir: Path, verdict: Verdict) -> list[Tile]:
     item: Item = verdict.item
     shape = read_grey(render_paths(data_dir, item)[0])
     tiles = [Tile(from_brightness(shape), "the shape")]
-    for index in range(N_OPTIONS):
-        count = verdict.votes.get(index, 0)
+    for index in range(DRAWINGS):
+        first = verdict.twins[index]
+        count = verdict.votes.get(first, 0)
         picture = from_brightness(read_grey(drawing_path(data_dir, item, index)))
-        tiles.append(Tile(picture, f"{index}: {count} vote{'' if count == 1 else 's'}", highlight=count > 0))
+        label = f"{count} vote{'' if count == 1 else 's'}" if first == index else f"the same as {first}"
+        tiles.append(Tile(picture, f"{index}: {label}", highlight=count > 0))
     return tiles
 
 

@@ -10,12 +10,14 @@ from pathlib import Path
 import numpy as np
 
 from dataset_tools.batch_files import BatchWriter, Look, Sheet, Shown
-from dataset_tools.items import drawing_path, item_fingerprint, render_paths
+from dataset_tools.items import drawing_path, item_fingerprint, item_twins, render_paths
 from dataset_tools.pages import batch_template
-from dataset_tools.questionnaire import N_OPTIONS, Item, Key, Question, Questionnaire, Scheme, Tokens, field_name
+from dataset_tools.questionnaire import Key, Question, Questionnaire, Scheme, Tokens, field_name
 from dataset_tools.sentinels import Drawing, SentinelPool
 from dataset_tools.spread import Places, Positions, deal
+from dataset_tools.twins import ALL_DIFFERENT, different
 from ncmodel.errors import UsageError
+from ncmodel.items import DRAWINGS, Item
 
 MAX_STAND_INS = 40
 """Items whose candidates may stand in for artists' drawings of other shapes."""
@@ -67,11 +69,14 @@ class Planner:
         rng = np.random.default_rng([scheme.seed, int(self.tokens("order"), 16)])
         self._hands = deal(needs, scheme.real, rng, fill)
         self._places, self._positions = Places(rng), Positions(rng)
+        self._twins = {item: item_twins(data_dir, item) for item in needs}
         self.pool: SentinelPool | None = None
         if scheme.sentinels:
             items = sorted(needs)
             some = [items[i] for i in rng.permutation(len(items))[:MAX_STAND_INS]]
-            stand_ins = [Drawing(item, drawing_path(data_dir, item, i)) for item in some for i in range(N_OPTIONS)]
+            stand_ins = [
+                Drawing(item, drawing_path(data_dir, item, i)) for item in some for i in different(self._twins[item])
+            ]
             self.pool = SentinelPool(artists, stand_ins, scheme.pool, rng)
 
     @property
@@ -89,7 +94,7 @@ class Planner:
 
     def _plan(self, identifier: str, hand: Sequence[Item]) -> list[Planned]:
         drafts = [
-            self._draft(item, [drawing_path(self.data_dir, item, i) for i in range(N_OPTIONS)], False) for item in hand
+            self._draft(item, [drawing_path(self.data_dir, item, i) for i in range(DRAWINGS)], False) for item in hand
         ]
         for sentinel in self.pool.draw(self.sentinels, hand) if self.pool else ():
             drafts.append(self._draft(sentinel.item, [drawing.path for drawing in sentinel.drawings], True))
@@ -99,7 +104,8 @@ class Planner:
     def _draft(self, item: Item, drawings: Sequence[Path], sentinel: bool) -> Planned:
         """A question whose options stand in order but don't have their opaque names yet."""
         order = self._positions.order((item, sentinel))
-        question = Question("", item, sentinel, {str(index): index for index in order})
+        twins = ALL_DIFFERENT if sentinel else self._twins[item]
+        question = Question("", item, sentinel, {str(index): index for index in order}, twins)
         return Planned(question, tuple(drawings[index] for index in order))
 
     def _named(self, draft: Planned, identifier: str, place: int, total: int) -> Planned:

@@ -5,13 +5,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from dataset_tools.ingestion import Ingested
-from dataset_tools.items import list_items
-from dataset_tools.questionnaire import Item, Key
+from dataset_tools.items import items_to_ask_about
+from dataset_tools.questionnaire import Key
 from dataset_tools.reliability import assess, counted
 from dataset_tools.results import Answered, Problem, read_csv_results
 from dataset_tools.site_results import is_database, read_site_results
 from dataset_tools.votes import ingest, read_votes
 from ncmodel.errors import NeuralContoursError
+from ncmodel.items import Item
 
 
 def ingest_results(batch_dir: Path, results: Sequence[Path], out: Path) -> Ingested:
@@ -40,5 +41,5 @@ def top_up_needs(data_dir: Path, votes: Path, wanted: int) -> dict[Item, int]:
     """
     everything = list(read_votes(votes))
     have = Counter(vote.item for vote in counted(everything, assess(everything)))
-    short = {item: wanted - have[item] for item in list_items(data_dir)}
+    short = {item: wanted - have[item] for item in items_to_ask_about(data_dir)}
     return {item: lacking for item, lacking in short.items() if lacking > 0}

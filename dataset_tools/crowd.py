@@ -10,12 +10,14 @@ from dataset_tools.artist import ArtistDrawings, crowd_artists
 from dataset_tools.batch import Built, Planner, build_batch
 from dataset_tools.batch_files import Look
 from dataset_tools.items import list_items
-from dataset_tools.questionnaire import Item, Key, Scheme
+from dataset_tools.questionnaire import Key, Scheme
 from dataset_tools.sentinels import Drawing, artists_drawings
 from dataset_tools.simulate import Crowd, Distances, answer_all, answer_until_reliable, make_crowd
 from dataset_tools.simulated_results import crowd_name, write_results
 from dataset_tools.spread import varied
+from dataset_tools.twins import different_pictures
 from ncmodel.errors import UsageError
+from ncmodel.items import Item
 from ncmodel.types import Floats
 
 SENTINEL_ARTISTS = 3
@@ -63,7 +65,8 @@ def _simulated(data_dir: Path, items: Sequence[Item], scheme: Scheme) -> list[Dr
     """Simulated artists' drawings of enough views for the pool, of as many shapes as possible."""
     chosen = varied(items, np.random.default_rng([scheme.seed, 3]))[: scheme.pool]
     drawings = ArtistDrawings(data_dir, crowd_artists())
-    return [Drawing(item, path) for item in chosen for path in drawings.paths(item)[:SENTINEL_ARTISTS]]
+    by_item = {item: different_pictures(drawings.paths(item)[:SENTINEL_ARTISTS]) for item in chosen}
+    return [Drawing(item, path) for item, paths in by_item.items() for path in paths]
 
 
 def simulate_batch(

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dataset_tools.questionnaire import N_OPTIONS, Item
 from dataset_tools.votes import Vote
+from ncmodel.items import DRAWINGS, Item
 from ncmodel.types import Floats
 
-CHOICES = N_OPTIONS + 1
+CHOICES = DRAWINGS + 1
 """What an item's truth can be: one of 8 drawings, or none of them."""
 
 PRIOR_RIGHT, PRIOR_WRONG = 4.0, 2.0
@@ -35,8 +35,9 @@ class Belief:
 def one_coin(votes: Sequence[Vote], iterations: int = 200, tolerance: float = 1e-8) -> dict[Item, Belief]:
     """Expectation maximisation over items' right choices and participants' accuracies.
 
-    A participant is right with probability p, and errs evenly over the 8 other choices. It starts from the shares of
-    votes and ends when no probability moves by more than `tolerance`.
+    A participant is right with probability p, and errs evenly over the item's other choices: 8, or fewer where drawings
+    are the same picture. It starts from the shares of votes and ends when no probability moves by more than
+    `tolerance`.
 
     Args:
         votes: Votes on items, in any order.
@@ -48,18 +49,22 @@ def one_coin(votes: Sequence[Vote], iterations: int = 200, tolerance: float = 1e
     items = sorted({vote.item for vote in votes})
     workers = sorted({vote.worker for vote in votes})
     rows, names = {item: i for i, item in enumerate(items)}, {worker: i for i, worker in enumerate(workers)}
-    ordered = sorted((rows[vote.item], names[vote.worker], vote.choice + 1) for vote in votes)
+    ordered = sorted((rows[vote.item], names[vote.worker], vote.drawing + 1) for vote in votes)
     item, worker, choice = np.array(ordered).T
     belief = np.zeros((len(items), CHOICES))
     np.add.at(belief, (item, choice), 1.0)
     belief /= belief.sum(axis=1, keepdims=True)
+    exists = np.zeros(belief.shape, dtype=np.bool_)
+    for vote in votes:
+        exists[rows[vote.item], [0, *(drawing + 1 for drawing in vote.twins)]] = True
+    wrong = exists.sum(axis=1)[item] - 1  # choices that a wrong vote spreads over
     answered = np.bincount(worker, minlength=len(workers))
     for _ in range(iterations):
         right = np.bincount(worker, weights=belief[item, choice], minlength=len(workers))
         accuracy = (right + PRIOR_RIGHT) / (answered + PRIOR_RIGHT + PRIOR_WRONG)
-        gain = np.log(accuracy) - np.log((1.0 - accuracy) / (CHOICES - 1))
-        evidence = np.zeros_like(belief)
-        np.add.at(evidence, (item, choice), gain[worker])
+        gain = np.log(accuracy)[worker] - np.log((1.0 - accuracy)[worker] / wrong)
+        evidence = np.where(exists, 0.0, -np.inf)
+        np.add.at(evidence, (item, choice), gain)
         updated = np.exp(evidence - evidence.max(axis=1, keepdims=True))
         updated /= updated.sum(axis=1, keepdims=True)
         moved = float(np.abs(updated - belief).max())

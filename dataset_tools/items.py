@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
-from dataset_tools.questionnaire import N_OPTIONS, Item
+from dataset_tools.twins import Twins, different, find_twins
 from ncmodel.errors import InputError
+from ncmodel.items import DRAWINGS, Item
 
 
 def list_items(data_dir: Path) -> list[Item]:
@@ -23,6 +24,18 @@ def list_items(data_dir: Path) -> list[Item]:
     return found
 
 
+def items_to_ask_about(data_dir: Path) -> list[Item]:
+    """The items whose drawings aren't all one and the same, sorted.
+
+    Raises:
+        InputError: There is none.
+    """
+    found = [item for item in list_items(data_dir) if len(different(item_twins(data_dir, item))) > 1]
+    if not found:
+        raise InputError(data_dir, "the eight drawings of every view are one", "drawings to choose from")
+    return found
+
+
 def view_folder(data_dir: Path, item: Item) -> Path:
     """The folder of an item."""
     return data_dir / "views" / item.name
@@ -31,6 +44,15 @@ def view_folder(data_dir: Path, item: Item) -> Path:
 def drawing_path(data_dir: Path, item: Item, index: int) -> Path:
     """The picture of candidate 0..7."""
     return view_folder(data_dir, item) / "drawings" / f"{index}.png"
+
+
+def item_twins(data_dir: Path, item: Item) -> Twins:
+    """Which of an item's drawings are the same picture.
+
+    Raises:
+        InputError: One can't be read.
+    """
+    return find_twins([drawing_path(data_dir, item, index) for index in range(DRAWINGS)])
 
 
 def render_paths(data_dir: Path, item: Item) -> list[Path]:
@@ -53,8 +75,6 @@ def item_fingerprint(data_dir: Path, item: Item) -> bytes:
         InputError: One can't be read.
     """
     folder = view_folder(data_dir, item)
-    if not drawing_path(data_dir, item, N_OPTIONS - 1).is_file():
-        raise InputError(folder / "drawings", "fewer pictures", f"{N_OPTIONS} candidate drawings")
     parts = []
     for name in ("camera.json", "selection.json"):
         try:

@@ -9,7 +9,8 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from dataset_tools.questionnaire import N_OPTIONS, NONE, field_name
+from dataset_tools.questionnaire import NONE, field_name
+from ncmodel.items import DRAWINGS
 
 Size = tuple[int, int]
 
@@ -130,7 +131,7 @@ def batch_template(length: int, renders: int, drawing_size: Size, render_size: S
         render_size: (width, height) of the renders.
     """
     others = [ShownAnswer(NONE, "None of these line drawings are good", 0)]
-    questions = _placeholders(length, renders, N_OPTIONS, others)
+    questions = _placeholders(length, renders, DRAWINGS, others)
     return fragment("${questionnaire}", questions, BEST_DRAWING, drawing_size, render_size)
 
 

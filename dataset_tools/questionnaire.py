@@ -11,37 +11,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from dataset_tools.twins import ALL_DIFFERENT, Twins, from_record, to_record
 from ncmodel.errors import InputError, UsageError
+from ncmodel.items import DRAWINGS, Item
 
 NONE = "none"
 """The answer "none of these line drawings are good"."""
-
-N_OPTIONS = 8
-"""Drawings in a question."""
 
 KEY_NAME = "key.json"
 TASKS_NAME = "tasks.csv"
 TEMPLATE_NAME = "template.html"
 IMAGES_NAME = "images"
-
-
-@dataclass(frozen=True, order=True)
-class Item:
-    """One view of one shape, with its 8 candidate drawings: what participants vote on."""
-
-    shape: str
-    view: str
-
-    @property
-    def name(self) -> str:
-        """The name of its folder: SHAPE_VIEW."""
-        return f"{self.shape}_{self.view}"
-
-    @property
-    def record(self) -> dict[str, str | int]:
-        """Its shape and view as JSON files hold them: a view's number is a number there."""
-        number = self.view.isdecimal() and str(int(self.view)) == self.view
-        return {"shape": self.shape, "view": int(self.view) if number else self.view}
 
 
 @dataclass(frozen=True)
@@ -82,12 +62,14 @@ class Question:
         sentinel: Whether it checks the participant instead of asking about the item.
         options: Answer value -> candidate index 0..7, in the order shown. In a sentinel 0 is the artist's drawing of
             the shape, 1..7 are drawings of others.
+        twins: Which of the item's drawings are the same picture.
     """
 
     field: str
     item: Item | None
     sentinel: bool
     options: Mapping[str, int]
+    twins: Twins = ALL_DIFFERENT
 
     @property
     def number(self) -> int:
@@ -210,6 +192,8 @@ def _to_record(question: Question) -> dict[str, Any]:
     record: dict[str, Any] = {"field": question.field, **place, "sentinel": question.sentinel}
     if question.sentinel:
         record["correct"] = question.correct
+    if question.twins != ALL_DIFFERENT:
+        record["twins"] = to_record(question.twins)
     return {**record, "options": dict(question.options)}
 
 
@@ -225,11 +209,11 @@ def _from_record(record: dict[str, Any]) -> Question:
     options = record["options"] if not sentinel else record.get("options", {record.get("correct"): 0})
     item = Item(str(record["shape"]), str(record["view"])) if "shape" in record or not sentinel else None
     known = all(isinstance(value, str) and type(index) is int for value, index in options.items())
-    in_range = all(0 <= index < N_OPTIONS for index in options.values()) if known else False
+    in_range = all(0 <= index < DRAWINGS for index in options.values()) if known else False
     if not isinstance(sentinel, bool) or not in_range or not record["field"][1:].isdigit():
         raise ValueError(f"question {record['field']} has options {options}, sentinel {sentinel}")
     if sentinel and record.get("correct", "") not in options:
         raise ValueError(f"the sentinel {record['field']} has no right answer")
     if sentinel and options[record["correct"]] != 0:
         options = {value: 0 if value == record["correct"] else max(index, 1) for value, index in options.items()}
-    return Question(record["field"], item, sentinel, options)
+    return Question(record["field"], item, sentinel, options, from_record(record.get("twins", {})))

@@ -7,9 +7,9 @@ import numpy as np
 
 from dataset_tools.chamfer import DEFINITION
 from ncmodel.errors import UsageError
+from ncmodel.items import DRAWINGS
 from ncmodel.types import Floats, Ints
 
-DRAWINGS_PER_VIEW = 8
 RESTARTS = 16
 """Random starts of FasterPAM; the best result counts. 6 ms each for 264 drawings."""
 
@@ -42,7 +42,7 @@ class Selection:
         }
 
 
-def select(distances: Floats, count: int = DRAWINGS_PER_VIEW, seed: int = 0, restarts: int = RESTARTS) -> Selection:
+def select(distances: Floats, count: int = DRAWINGS, seed: int = 0, restarts: int = RESTARTS) -> Selection:
     """Choose the `count` candidates that minimise the sum of distances to the nearest chosen one (FasterPAM).
 
     Identical drawings (distance 0) are chosen twice only when the candidates hold fewer than `count` different ones.

@@ -10,9 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from dataset_tools.questionnaire import N_OPTIONS, Item
 from dataset_tools.spread import varied
+from dataset_tools.twins import different_pictures
 from ncmodel.errors import InputError
+from ncmodel.items import DRAWINGS, Item
 
 
 @dataclass(frozen=True, order=True)
@@ -41,7 +42,8 @@ def artists_drawings(folder: Path, items: Iterable[Item]) -> list[Drawing]:
     for item in sorted(items):
         single = folder / f"{item.name}.png"
         several = sorted((folder / item.name).glob("*.png"))
-        found += [Drawing(item, path) for path in ([single] if single.is_file() else []) + several]
+        paths = ([single] if single.is_file() else []) + several
+        found += [Drawing(item, path) for path in different_pictures(paths)]
     if not found:
         raise InputError(folder, "no drawing of any view", "pictures named SHAPE_VIEW.png or SHAPE_VIEW/*.png")
     return found
@@ -100,7 +102,7 @@ class SentinelPool:
         pool = [(d, rank) for rank, ds in enumerate((self._artists, self._candidates)) for d in ds]
         pool = [(d, rank) for d, rank in pool if d.item.shape != answer.item.shape]
         order = self._rng.permutation(len(pool))
-        while len(chosen) < N_OPTIONS - 1:
+        while len(chosen) < DRAWINGS - 1:
             best = min(
                 order,
                 key=lambda i: (

@@ -16,9 +16,10 @@ import numpy as np
 from dataset_tools.artist import ArtistDrawings
 from dataset_tools.chamfer import distance_field
 from dataset_tools.items import drawing_path
-from dataset_tools.questionnaire import N_OPTIONS, NONE, Item, Key, Question, Questionnaire
+from dataset_tools.questionnaire import NONE, Key, Question, Questionnaire
 from dataset_tools.simulated_results import Reply, Sent
 from ncmodel.errors import UsageError
+from ncmodel.items import DRAWINGS, Item
 from ncmodel.pictures import read_grey
 from ncmodel.types import Floats, Image, Mask
 
@@ -69,7 +70,7 @@ class Distances:
     def __call__(self, item: Item) -> Floats:
         """(artists, 8) symmetric Chamfer distances, in shares of the picture's side."""
         if item not in self._known:
-            candidates = [1.0 - read_grey(drawing_path(self._data_dir, item, i)) for i in range(N_OPTIONS)]
+            candidates = [1.0 - read_grey(drawing_path(self._data_dir, item, i)) for i in range(DRAWINGS)]
             self._known[item] = distances_between(self._drawings.inks(item), candidates)
         return self._known[item]
 
@@ -117,7 +118,7 @@ def attentive(crowd: Crowd, distances: Callable[[Item], Floats], artist: int) ->
         if question.sentinel or question.item is None:
             return Reply(question.correct, seconds)
         distance = distances(question.item)[artist]
-        seen = np.log(np.maximum(distance, 1e-6)) + crowd.noise * rng.gumbel(size=N_OPTIONS)
+        seen = np.log(np.maximum(distance, 1e-6)) + crowd.noise * rng.gumbel(size=DRAWINGS)
         best = int(np.argmin(seen))
         if seen[best] > np.log(crowd.far):
             return Reply(NONE, seconds)

@@ -7,7 +7,7 @@ from typing import TypeVar
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from dataset_tools.questionnaire import N_OPTIONS, Item
+from ncmodel.items import DRAWINGS, Item
 
 T = TypeVar("T")
 
@@ -117,9 +117,9 @@ class Positions:
 
     def order(self, identity: object) -> list[int]:
         """Candidate indices 0..7 in the order to show."""
-        row, times = self._asked.get(identity) or (self._rng.permutation(N_OPTIONS).tolist(), 0)
-        if times == N_OPTIONS:
-            row, times = self._rng.permutation(N_OPTIONS).tolist(), 0
+        row, times = self._asked.get(identity) or (self._rng.permutation(DRAWINGS).tolist(), 0)
+        if times == DRAWINGS:
+            row, times = self._rng.permutation(DRAWINGS).tolist(), 0
         self._asked[identity] = (row, times + 1)
-        turn = (self.STEP * times) % N_OPTIONS
+        turn = (self.STEP * times) % DRAWINGS
         return row[turn:] + row[:turn]

@@ -14,10 +14,11 @@ import numpy as np
 
 from dataset_tools.batch_files import BatchWriter, Look, Sheet, Shown
 from dataset_tools.pages import pair_template
-from dataset_tools.questionnaire import KEY_NAME, NONE, Item, Tokens, field_name, read_key
+from dataset_tools.questionnaire import KEY_NAME, NONE, Tokens, field_name, read_key
 from dataset_tools.spread import deal
 from dataset_tools.study_folders import Comparison, StudyFolders
 from ncmodel.errors import InputError, UsageError
+from ncmodel.items import Item
 
 BOTH = "both"
 """The answer "both drawings convey the shape equally well"."""

@@ -11,8 +11,8 @@ from statistics import median
 from scipy.special import bdtr, bdtrc
 
 from dataset_tools.agreement import agreeing_share, p_value_of_evenness
-from dataset_tools.questionnaire import N_OPTIONS
 from dataset_tools.votes import Vote
+from ncmodel.items import DRAWINGS
 
 FASTEST_SECONDS = 1.5
 """Nobody looks at eight drawings in less, as a median."""
@@ -56,11 +56,11 @@ def _positions(votes: Sequence[Vote]) -> list[str]:
     place, count = Counter(shown).most_common(1)[0]
     if count >= 0.9 * len(shown):
         return [f"answer {place} in {count} of {len(shown)} questions"]
-    steps = Counter((b - a) % N_OPTIONS for a, b in pairwise(shown))
+    steps = Counter((b - a) % DRAWINGS for a, b in pairwise(shown))
     step, times = steps.most_common(1)[0]
-    if step and bdtrc(times - 1, len(shown) - 1, 1 / N_OPTIONS) < LEAST_LIKELY / N_OPTIONS:
+    if step and bdtrc(times - 1, len(shown) - 1, 1 / DRAWINGS) < LEAST_LIKELY / DRAWINGS:
         return [f"positions in steps of {step}"]
-    counts = [shown.count(position) for position in range(1, N_OPTIONS + 1)]
+    counts = [shown.count(position) for position in range(1, DRAWINGS + 1)]
     uneven = sum(counts) >= LEAST_VOTES and p_value_of_evenness(counts) < LEAST_LIKELY
     return ["favours some positions"] if uneven else []
 

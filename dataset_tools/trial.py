@@ -12,7 +12,7 @@ import numpy as np
 
 from dataset_tools.adversaries import KINDS, behaviours, copied
 from dataset_tools.aggregate import Rules, aggregate
-from dataset_tools.questionnaire import N_OPTIONS, Item, Key, Question, Questionnaire, Scheme, Tokens, field_name
+from dataset_tools.questionnaire import Key, Question, Questionnaire, Scheme, Tokens, field_name
 from dataset_tools.reliability import Participant as Assessed
 from dataset_tools.reliability import assess
 from dataset_tools.results import Answered
@@ -20,6 +20,7 @@ from dataset_tools.simulate import Crowd, Participant, Sitting, attentive, make_
 from dataset_tools.spread import Places, Positions, deal
 from dataset_tools.votes import Vote, votes_of
 from ncmodel.errors import UsageError
+from ncmodel.items import DRAWINGS, Item
 from ncmodel.types import Floats
 
 HONEST = ("attentive", "second account", "sends twice")
@@ -88,7 +89,7 @@ class World:
         count = questionnaires * scheme.real // scheme.votes
         self.items = [Item(f"made-up {number}", "0") for number in range(count)]
         self.artists = known.shape[1]
-        self._distances = {item: known[rng.integers(len(known))][:, rng.permutation(N_OPTIONS)] for item in self.items}
+        self._distances = {item: known[rng.integers(len(known))][:, rng.permutation(DRAWINGS)] for item in self.items}
         tokens, places, positions = Tokens(0, b"trial"), Places(rng), Positions(rng)
         hands = deal(dict.fromkeys(self.items, scheme.votes), scheme.real, rng)
         made = (_questionnaire(tokens(i), hand, scheme, tokens, places, positions) for i, hand in enumerate(hands))

@@ -16,10 +16,12 @@ from dataset_tools.ingestion import (
     to_seconds,
     to_whole,
 )
-from dataset_tools.questionnaire import N_OPTIONS, NONE, Item, Key, Question, Questionnaire
+from dataset_tools.questionnaire import NONE, Key, Question, Questionnaire
 from dataset_tools.results import Answered, Problem
+from dataset_tools.twins import ALL_DIFFERENT, Twins, from_text, to_text
 from ncmodel.errors import InputError
 from ncmodel.files import atomic
+from ncmodel.items import DRAWINGS, Item
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,7 @@ class Vote:
         source: "mturk", "turkle", "site" or "simulated".
         position: Where the chosen answer stood, 1..8; 0 for none of these; None if unknown or not answered.
         submitted: When the questionnaire was sent, ISO 8601 in UTC; "" if unknown.
+        twins: Which of the drawings are the same picture.
     """
 
     worker: str
@@ -55,6 +58,12 @@ class Vote:
     source: str
     position: int | None = None
     submitted: str = ""
+    twins: Twins = ALL_DIFFERENT
+
+    @property
+    def drawing(self) -> int:
+        """What the choice stands for: of drawings that are the same picture the first; -1 for none of these."""
+        return self.twins[self.choice] if self.choice >= 0 else -1
 
     @property
     def item(self) -> Item:
@@ -63,7 +72,7 @@ class Vote:
 
 
 COLUMNS = tuple(one.name for one in fields(Vote))
-_OPTIONAL = ("position", "submitted")
+_OPTIONAL = ("position", "submitted", "twins")
 
 
 def votes_of(answered: Answered, questionnaire: Questionnaire) -> Iterator[Vote | Problem]:
@@ -75,7 +84,7 @@ def votes_of(answered: Answered, questionnaire: Questionnaire) -> Iterator[Vote 
     for question in questionnaire.questions:
         sent = answered.answers.get(question.field, "")
         choice = question.choice(sent)
-        if sent and choice is None and not (question.sentinel and len(question.options) < N_OPTIONS):
+        if sent and choice is None and not (question.sentinel and len(question.options) < DRAWINGS):
             offered = f"one of its {len(question.options)} values or {NONE}"
             yield Problem(answered.where, f"{question.field} is {sent[:40]!r}; expected {offered}")
         if choice is not None or question.sentinel:
@@ -100,6 +109,7 @@ def _vote(answered: Answered, asked: Questionnaire, question: Question, sent: st
         source=answered.source,
         position=None if choice is None else question.position(sent),
         submitted=answered.submitted,
+        twins=question.twins,
     )
 
 
@@ -145,7 +155,8 @@ def write_votes(path: Path, votes: Iterable[Vote]) -> None:
 
 
 def _to_row(vote: Vote) -> Sequence[str]:
-    return [to_cell(getattr(vote, name)) for name in COLUMNS]
+    cells = {name: to_cell(getattr(vote, name)) for name in COLUMNS}
+    return list({**cells, "twins": to_text(vote.twins)}.values())
 
 
 def _from_row(where: str, cells: Mapping[str, str]) -> Vote:
@@ -168,11 +179,19 @@ def _from_row(where: str, cells: Mapping[str, str]) -> Vote:
         question=to_whole(where, "question", cells["question"], 1, 9999),
         shape=cells["shape"],
         view=cells["view"],
-        choice=to_whole(where, "choice", cells["choice"], -1, N_OPTIONS - 1),
+        choice=to_whole(where, "choice", cells["choice"], -1, DRAWINGS - 1),
         sentinel=sentinel,
         passed=cells["passed"] == "1" if sentinel else None,
         seconds=to_seconds(where, cells["seconds"]),
         source=cells["source"],
-        position=to_whole(where, "position", cells["position"], 0, N_OPTIONS) if cells["position"] else None,
+        position=to_whole(where, "position", cells["position"], 0, DRAWINGS) if cells["position"] else None,
         submitted=cells["submitted"],
+        twins=_twins(where, cells["twins"]),
     )
+
+
+def _twins(where: str, text: str) -> Twins:
+    try:
+        return from_text(text)
+    except ValueError as error:
+        raise InputError(where, f"twins is {text[:40]!r}", "4=0 5=1 where drawings repeat earlier ones") from error

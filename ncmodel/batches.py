@@ -13,7 +13,8 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
-from ncmodel.data import DataFolder, Item, Pair
+from ncmodel.data import DataFolder, Pair
+from ncmodel.items import Item
 from ncmodel.nets.presets import BACKGROUND, Variation
 
 T = TypeVar("T")

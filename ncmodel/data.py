@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ncmodel.errors import InputError
+from ncmodel.items import DRAWINGS, Item
 from ncmodel.nets.presets import BACKGROUND
 from ncmodel.pictures import read_grey
 from ncmodel.square import Square
@@ -23,25 +24,9 @@ from ncmodel.types import Image
 CACHE_BYTES = 1 << 30
 """Memory that a training run spends on views it has read already."""
 
-DRAWINGS = 8
-"""Drawings of a view that participants chose from."""
-
 MAP_FILES = ("depth.png", *(f"shaded_{level}.png" for level in range(6)))
 
 _PAIR_KEYS = ("shape", "view", "better", "worse", "split")
-
-
-@dataclass(frozen=True, order=True)
-class Item:
-    """One view of one shape."""
-
-    shape: str
-    view: str
-
-    @property
-    def folder(self) -> str:
-        """Name of its folder under DATA_DIR/views."""
-        return f"{self.shape}_{self.view}"
 
 
 @dataclass(frozen=True)
@@ -144,9 +129,9 @@ class DataFolder:
         if not (self.root / "views").is_dir():
             raise InputError(self.root, "no folder 'views' in it", "a data folder")
         for item in items:
-            if not (self.root / "views" / item.folder).is_dir():
+            if not (self.root / "views" / item.name).is_dir():
                 raise InputError(
-                    pairs_path, f"item {item.folder!r} is unknown", f"a folder {self.root}/views/{item.folder}"
+                    pairs_path, f"item {item.name!r} is unknown", f"a folder {self.root}/views/{item.name}"
                 )
 
     def maps(self, item: Item, size: int) -> Image:
@@ -163,7 +148,7 @@ class DataFolder:
         if key in self._cache:
             self._cache.move_to_end(key)
         else:
-            levels = read_grey(self.root / "views" / item.folder / name)
+            levels = read_grey(self.root / "views" / item.name / name)
             height, width = levels.shape
             fitted = {side: Square(height, width, side).fit(levels, background) for side in self.sizes}
             self._keep(key, {side: np.rint(image * 65535.0).astype(np.uint16) for side, image in fitted.items()})

@@ -10,7 +10,8 @@ import torch
 from torch import Tensor, nn
 
 from ncmodel.batches import Batch, PairBatch, even_chunks, load_batch, load_pairs, pair_chunks, shrink, shuffled, vary
-from ncmodel.data import DataFolder, Item, Pair, best_drawings
+from ncmodel.data import DataFolder, Pair, best_drawings
+from ncmodel.items import Item
 from ncmodel.nets.losses import cross_entropy, pair_accuracy, ranking_loss
 from ncmodel.nets.presets import Preset, Rates
 from ncmodel.nets.ranking import RankingModule

@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 import trimesh
 
-from dataset_tools.questionnaire import N_OPTIONS
 from ncmodel.camera import Camera
+from ncmodel.items import DRAWINGS
 from ncmodel.pictures import from_brightness, from_ink, write_png
 from ncmodel.types import Image
 
@@ -37,7 +37,7 @@ def _make_view(folder: Path, vertices: np.ndarray, seed: int, renders: int, size
     camera = Camera.orbit(vertices, azimuth=float(rng.uniform(0, 360)), size=(size, size))
     (folder / "camera.json").write_text(camera.to_json())
     (folder / "selection.json").write_text(json.dumps({"medoids": rng.permutation(264)[:8].tolist()}))
-    for index in range(N_OPTIONS):
+    for index in range(DRAWINGS):
         write_png(folder / "drawings" / f"{index}.png", from_ink(scribble(rng, index + 2, size)))
     for index in range(renders):
         write_png(folder / "renders" / f"{index}.png", from_brightness(rng.random((size, size))))

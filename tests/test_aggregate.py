@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 from dataset_tools.aggregate import Rules, aggregate, write_pairs
 from dataset_tools.agreement import krippendorff_alpha, p_value_of_evenness
 from dataset_tools.dawid_skene import one_coin
-from dataset_tools.questionnaire import Item
 from dataset_tools.reliability import assess, counted
 from dataset_tools.suspicion import flags
 from dataset_tools.votes import Vote
 from ncmodel.errors import UsageError
+from ncmodel.items import Item
 
 
 def vote(worker: str, shape: str, choice: int, **more: object) -> Vote:

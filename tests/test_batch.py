@@ -15,9 +15,10 @@ from dataset_tools.crowd import make_batch
 from dataset_tools.images import padded
 from dataset_tools.items import list_items
 from dataset_tools.pages import batch_template, render
-from dataset_tools.questionnaire import NONE, Item, Key, Scheme
+from dataset_tools.questionnaire import NONE, Key, Scheme
 from dataset_tools.sentinels import Drawing, SentinelPool
 from ncmodel.errors import InputError, UsageError
+from ncmodel.items import Item
 from ncmodel.pictures import from_ink, png_bytes
 from tests.crowd_data import make_artists, make_data, scribble
 

@@ -10,8 +10,9 @@ import pytest
 import torch
 
 from ncmodel.batches import even_chunks, load_batch, load_pairs, pair_chunks, shrink, vary
-from ncmodel.data import DataFolder, Item, Pair, best_drawings, read_pairs
+from ncmodel.data import DataFolder, Pair, best_drawings, read_pairs
 from ncmodel.errors import InputError
+from ncmodel.items import Item
 from ncmodel.nets.presets import Variation
 from ncmodel.pictures import read_grey
 from tests.training_data import SIDE, make_data
@@ -35,7 +36,7 @@ def write_pairs(path: Path, *records: object) -> Path:
 def test_pairs_are_read_as_they_stand(data: Path) -> None:
     pairs = read_pairs(data / "pairs.jsonl")
     assert len(pairs) == 3 * 2 * 7
-    assert {pair.item.folder for pair in pairs} == {f"s{shape:03d}_{view}" for shape in range(3) for view in range(2)}
+    assert {pair.item.name for pair in pairs} == {f"s{shape:03d}_{view}" for shape in range(3) for view in range(2)}
     assert {pair.item.shape for pair in pairs if pair.split == "validation"} == {"s000"}
 
 

@@ -16,7 +16,7 @@ from dataset_tools.batch_files import Look
 from dataset_tools.collect import ingest_results, top_up_needs
 from dataset_tools.crowd import make_batch, sample_distances, simulate_batch
 from dataset_tools.items import list_items
-from dataset_tools.questionnaire import NONE, Item, Question, Scheme
+from dataset_tools.questionnaire import NONE, Question, Scheme
 from dataset_tools.reliability import assess
 from dataset_tools.review import write_review
 from dataset_tools.simulate import Crowd, attentive, distances_between, make_crowd
@@ -28,6 +28,7 @@ from ncmodel.camera import Camera
 from ncmodel.errors import InputError, UsageError
 from ncmodel.geometry.surface import Surface
 from ncmodel.geometry.view import View
+from ncmodel.items import Item
 from ncmodel.types import Floats, LineFamily, Mesh
 from tests.analytic import torus
 from tests.crowd_data import make_data, scribble

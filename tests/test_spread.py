@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dataset_tools.questionnaire import Item
 from dataset_tools.spread import Places, Positions, deal, varied
+from ncmodel.items import Item
 
 
 def items(shapes: int, views: int = 2) -> list[Item]:

@@ -11,10 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from dataset_tools.collect import ingest_results
-from dataset_tools.questionnaire import NONE, Item, Key, Question, Questionnaire
+from dataset_tools.questionnaire import NONE, Key, Question, Questionnaire
 from dataset_tools.results import Answered, Problem, parse_time, read_csv_results
 from dataset_tools.votes import Vote, ingest, read_votes, votes_of, write_votes
 from ncmodel.errors import InputError
+from ncmodel.items import Item
 
 FIELDS = ("q01", "q02", "q03")
 

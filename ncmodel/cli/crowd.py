@@ -64,11 +64,14 @@ def build(
     """Make questionnaires about all views of a data set: template.html, tasks.csv, images and key.json."""
     from dataset_tools.batch_files import Look
     from dataset_tools.crowd import make_batch
-    from dataset_tools.items import list_items
+    from dataset_tools.items import items_to_ask_about, list_items
     from dataset_tools.questionnaire import Scheme
 
     scheme = Scheme(real, sentinels, pool, votes, seed)
-    needs = dict.fromkeys(list_items(data_dir), votes)
+    needs = dict.fromkeys(items_to_ask_about(data_dir), votes)
+    left_out = len(list_items(data_dir)) - len(needs)
+    if left_out:
+        sys.stderr.write(f"note: not asked about {left_out} views whose eight drawings are one and the same\n")
     look = Look(drawing_side, render_side, base_url, embed)
     _emit_built(make_batch(data_dir, batch_dir, needs, scheme, look, artists), batch_dir, as_json)
 

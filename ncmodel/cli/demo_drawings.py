@@ -10,7 +10,6 @@ import numpy as np
 
 from dataset_tools.artist import ArtistDrawings, crowd_artists, open_view
 from dataset_tools.items import list_items
-from dataset_tools.questionnaire import Item
 from eval.baselines import canny, rtsc
 from eval.evaluation import Settings, Target
 from ncmodel.cli.common import progress
@@ -18,6 +17,7 @@ from ncmodel.errors import InputError
 from ncmodel.fade import fade
 from ncmodel.files import write_text
 from ncmodel.geometry.view import View
+from ncmodel.items import Item
 from ncmodel.maps import line_width
 from ncmodel.model import Choice, Model, Variant, load_model
 from ncmodel.pictures import from_ink, write_png

@@ -10,13 +10,13 @@ from typing import Any
 
 from dataset_tools.aggregate import Rules, aggregate
 from dataset_tools.items import drawing_path, list_items, render_paths
-from dataset_tools.questionnaire import Item
 from dataset_tools.votes import read_votes
 from eval.evaluation import Settings
 from eval.statistics import PairAccuracy
 from eval.tables import Comparison, compare, comparison_table, comparison_text, difference_table
 from ncmodel.cli.stage_runner import Measured, Stage
 from ncmodel.files import write_text
+from ncmodel.items import Item
 from ncmodel.pictures import Tile, from_ink, read_grey
 from ncmodel.pictures import from_brightness as grey
 from ncmodel.plots import Axis, Plot, Series, line_plot
