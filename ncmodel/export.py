@@ -1,12 +1,15 @@
-"""Drawings as SVG, PDF and PNG: the same strokes, widths and opacities in all three.
+"""Drawings as SVG, PDF and PNG: the same strokes, widths and shades in all three.
 
-Vector files hold one group a family, faint families first. A stroke that tapers is cut into pieces of equal opacity,
-steps of `OPACITY_STEP` apart; everything else is one path. Paper is left unpainted unless a background is asked for;
-PNG files are black on white then.
+Vector files hold one group a family, faint families first. A stroke that tapers is cut into pieces of one shade each;
+everything else is one path. Shades are colours between ink and paper, not opacities, and blended so that the stronger
+one shows where strokes cross or pieces overlap, as they do by `OVERLAP`: a PNG is composited so; opacities would add.
+Programs that know no blending paint the later stroke over the earlier one. Paper is left unpainted unless a background
+is asked for; PNG files are black on white then.
 """
 
 import html
 import itertools
+import math
 import re
 import zlib
 from collections.abc import Iterator, Sequence
@@ -26,13 +29,23 @@ REFERENCE_SIDE = 768
 """The shorter side, in pixels, at which widths are stated; they grow with it."""
 RELATIVE_WIDTH = {LineFamily.RIDGES.value: 0.8, LineFamily.VALLEYS.value: 0.8}
 """Widths of families relative to the others', as rtsc draws them: 2 pixels where others have 2.5."""
-OPACITY_STEP = 1 / 16
-"""Opacities in vector files are multiples of this."""
+OPACITY_STEP = 1 / 32
+"""Where opacity changes by this, a piece of a taper ends, unless it is shorter than wide."""
+OVERLAP = 0.3
+"""Pixels that pieces reach beyond their ends, lest their smooth edges leave light seams."""
+FAINTEST = 0.5 / 255
+"""Opacity below which nothing shows in 8 bits."""
 POINTS_PER_PIXEL = 0.75
 """PDF's unit is 1/72 inch; a pixel is CSS's 1/96 inch."""
 
 _GROUPS = ("image", "valleys", "ridges", "suggestive", "apparent", "creases", "boundaries", "contours")
-_NAMED = {"white": (255, 255, 255), "black": (0, 0, 0)}
+_WHITE, _BLACK = (255, 255, 255), (0, 0, 0)
+_NAMED = {"white": _WHITE, "black": _BLACK}
+_LUMA = (0.299, 0.587, 0.114)
+
+
+Colour = tuple[int, int, int]
+"""Red, green and blue in 0..255."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +82,23 @@ class Picture:
         scale = min(self.width, self.height) / REFERENCE_SIDE
         return self.line_width * RELATIVE_WIDTH.get(family, 1.0) * scale
 
+    @property
+    def inks(self) -> tuple[Colour, Colour]:
+        """The colours of paper and lines: black on light paper, white on dark paper."""
+        paper = colour(self.background) or _WHITE
+        return paper, _BLACK if np.dot(paper, _LUMA) >= 127.5 else _WHITE
+
+    def shade(self, opacity: float) -> Colour:
+        """The colour of a line of an opacity in [0, 1]."""
+        paper, line = self.inks
+        red, green, blue = (round(p + opacity * (q - p)) for p, q in zip(paper, line, strict=True))
+        return red, green, blue
+
+    @property
+    def blending(self) -> str:
+        """The blend mode, in CSS, in which the stronger of two shades shows."""
+        return "darken" if self.inks[1] == _BLACK else "lighten"
+
     def groups(self) -> Iterator[tuple[str, list[Stroke]]]:
         """Families that have strokes, with their strokes, in the order in which they are painted."""
         present = {stroke.family for stroke in self.strokes}
@@ -76,8 +106,8 @@ class Picture:
             yield family, [stroke for stroke in self.strokes if stroke.family == family]
 
 
-def colour(name: str | None) -> tuple[int, int, int] | None:
-    """Red, green and blue in 0..255; None for None and "transparent".
+def colour(name: str | None) -> Colour | None:
+    """The colour of that name; None for None and "transparent".
 
     Raises:
         UsageError: `name` isn't a colour.
@@ -107,14 +137,14 @@ def png(picture: Picture) -> bytes:
     import cv2
 
     cover = ink(picture)
-    paper = colour(picture.background)
+    paper, line = (np.array(c[::-1], dtype=np.float32) / 255 for c in picture.inks)
     if picture.background == "transparent":
         pixels = np.zeros((*cover.shape, 4), dtype=np.uint8)
         pixels[..., 3] = _bytes(cover)
-    elif paper is None or len(set(paper)) == 1:
-        pixels = _bytes((1.0 - cover) * (255 if paper is None else paper[0]) / 255)
+    elif len(set(paper.tolist())) == 1:
+        pixels = _bytes(paper[0] + cover * (line[0] - paper[0]))
     else:
-        pixels = _bytes((1.0 - cover)[..., None] * (np.array(paper[::-1], dtype=np.float32) / 255))
+        pixels = _bytes(paper + cover[..., None] * (line - paper))
     return bytes(cv2.imencode(".png", pixels, [cv2.IMWRITE_PNG_COMPRESSION, 4])[1])
 
 
@@ -130,16 +160,18 @@ def svg(picture: Picture) -> str:
     ]
     paper = colour(picture.background)
     if paper is not None:
-        lines.append('<rect width="100%" height="100%" fill="#{:02x}{:02x}{:02x}"/>'.format(*paper))
+        lines.append(f'<rect width="100%" height="100%" fill="{_hex(paper)}"/>')
+    strongest, style = _hex(picture.shade(1.0)), f"mix-blend-mode:{picture.blending};stroke-linecap:butt"
     for family, strokes in picture.groups():
+        width = picture.width_of(family)
         lines.append(
-            f'<g id="{family}" inkscape:groupmode="layer" inkscape:label="{family}" fill="none" stroke="#000"'
-            f' stroke-width="{picture.width_of(family):.4g}" stroke-linecap="round" stroke-linejoin="round">'
+            f'<g id="{family}" inkscape:groupmode="layer" inkscape:label="{family}" fill="none" stroke="{strongest}"'
+            f' stroke-width="{width:.4g}" stroke-linecap="round" stroke-linejoin="round">'
         )
-        for points, level, whole in _pieces(strokes):
-            fade = "" if level == 1 else f' stroke-opacity="{level:.4g}"'
-            cap = "" if whole else ' stroke-linecap="butt"'
-            lines.append(f'<path d="{_path(points, "M{:g} {:g}", " {:g} {:g}")}"{fade}{cap}/>')
+        for points, opacity in _pieces(strokes, width):
+            shade = _hex(picture.shade(opacity))
+            fade = "" if shade == strongest else f' stroke="{shade}" style="{style}"'
+            lines.append(f'<path d="{_path(points, "M{:g} {:g}", " {:g} {:g}")}"{fade}/>')
         lines.append("</g>")
     return "\n".join([*lines, "</svg>", ""])
 
@@ -148,82 +180,90 @@ def pdf(picture: Picture) -> bytes:
     """A PDF document of one page (PDF 1.5; families are layers that a viewer can switch)."""
     scale = POINTS_PER_PIXEL
     families: list[str] = []
-    levels: set[float] = {1.0}
     # From pixels with the origin on top to points with the origin at the bottom.
-    content = [f"{scale} 0 0 {-scale} 0 {picture.height * scale:g} cm 1 J 1 j 0 G"]
+    content = [f"{scale} 0 0 {-scale} 0 {picture.height * scale:g} cm 1 J 1 j /Blend gs"]
     paper = colour(picture.background)
     if paper is not None:
-        content.append(
-            "{:.4g} {:.4g} {:.4g} rg".format(*(c / 255 for c in paper)) + f" 0 0 {picture.width} {picture.height} re f"
-        )
+        content.append(f"{_rgb(paper)} rg 0 0 {picture.width} {picture.height} re f")
     for family, strokes in picture.groups():
-        content.append(f"/OC /F{len(families)} BDC {picture.width_of(family):.4g} w")
+        width = picture.width_of(family)
+        content.append(f"/OC /F{len(families)} BDC {width:.4g} w")
         families.append(family)
-        for points, level, whole in _pieces(strokes):
-            levels.add(level)
-            content.append(f"/A{level:g} gs {1 if whole else 0} J {_path(points, '{:g} {:g} m', ' {:g} {:g} l')} S")
+        for points, opacity in _pieces(strokes, width):
+            shade = picture.shade(opacity)
+            cap = 1 if shade == picture.shade(1.0) else 0
+            content.append(f"{cap} J {_rgb(shade)} RG {_path(points, '{:g} {:g} m', ' {:g} {:g} l')} S")
         content.append("EMC")
-    return _pdf_file(picture, "\n".join(content), families, sorted(levels))
+    return _pdf_file(picture, "\n".join(content), families)
 
 
-def _pieces(strokes: Sequence[Stroke]) -> Iterator[tuple[Floats, float, bool]]:
-    """Visible parts of strokes of equal opacity: points (n, 2), the opacity, whether it is all of its stroke."""
+def _pieces(strokes: Sequence[Stroke], shortest: float) -> Iterator[tuple[Floats, float]]:
+    """Visible parts of strokes that have about one opacity: points (n, 2) and that opacity.
+
+    Args:
+        strokes: The strokes.
+        shortest: Pixels; parts are no shorter, but for the last one of a stroke.
+    """
     points = np.concatenate([stroke.points for stroke in strokes])
     alpha = np.concatenate([np.clip(stroke.alpha, 0.0, 1.0) for stroke in strokes])
     first = np.concatenate([[0], np.cumsum([len(stroke.points) for stroke in strokes])])
-    level = np.floor(alpha / OPACITY_STEP + 0.5).astype(np.int64)
-    cut_points, piece_level, piece_first, piece_stroke = _cut(points, alpha, level, first, OPACITY_STEP)
-    pieces_of = np.bincount(piece_stroke, minlength=len(strokes))
-    for n, (begin, end) in enumerate(itertools.pairwise(piece_first.tolist())):
-        if piece_level[n] > 0:
-            yield cut_points[begin:end], float(piece_level[n] * OPACITY_STEP), bool(pieces_of[piece_stroke[n]] == 1)
+    cut_points, opacity, starts = _cut(points, alpha, first, OPACITY_STEP, shortest)
+    for n, (begin, end) in enumerate(itertools.pairwise(starts.tolist())):
+        if opacity[n] >= FAINTEST:
+            yield cut_points[begin:end], float(opacity[n])
 
 
 @njit(cache=True, nogil=True)
-def _cut(points: Floats, alpha: Floats, level: Ints, first: Ints, step: float) -> tuple[Floats, Ints, Ints, Ints]:
-    """Polylines cut where their opacity, linear between points, passes from one level to the next.
+def _cut(points: Floats, alpha: Floats, first: Ints, step: float, shortest: float) -> tuple[Floats, Floats, Ints]:
+    """Polylines cut where their opacity, linear between points, has changed by `step` since the last cut.
 
     Returns:
-        The pieces' points, and of each piece its level, where it starts (one more entry: where the last one ends) and
-        its polyline.
+        The pieces' points, and of each piece its mean opacity and where it starts (one more: where the last one ends).
     """
-    cuts = 0
+    made = [(points[0, 0], points[0, 1]) for _ in range(0)]
+    opacity, starts = [0.0 for _ in range(0)], [0]
     for c in range(len(first) - 1):
+        made.append((points[first[c], 0], points[first[c], 1]))
+        low = high = alpha[first[c]]
+        length, amount = 0.0, 0.0
         for i in range(first[c], first[c + 1] - 1):
-            cuts += abs(level[i + 1] - level[i])
-    cut_points = np.empty((len(points) + 2 * cuts, 2))
-    count = len(first) - 1 + cuts
-    piece_level, owner, piece_first = (
-        np.empty(count, np.int64),
-        np.empty(count, np.int64),
-        np.zeros(count + 1, np.int64),
-    )
-    size, piece = 0, 0
-    for c in range(len(first) - 1):
-        for i in range(first[c], first[c + 1]):
-            cut_points[size] = points[i]
-            size += 1
-            last = i == first[c + 1] - 1
-            now, then = level[i], level[i] if last else level[i + 1]
-            while now != then:
-                up = 1 if then > now else -1
-                at = ((now + 0.5 * up) * step - alpha[i]) / (alpha[i + 1] - alpha[i])
-                for _ in range(2):
-                    cut_points[size] = points[i] + at * (points[i + 1] - points[i])
-                    size += 1
-                piece_level[piece], owner[piece], piece_first[piece + 1] = now, c, size - 1
-                piece += 1
-                now += up
-            if last:
-                piece_level[piece], owner[piece], piece_first[piece + 1] = now, c, size
-                piece += 1
-    return cut_points, piece_level, piece_first, owner
+            dx, dy, rise = points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1], alpha[i + 1] - alpha[i]
+            whole, at = math.hypot(dx, dy), 0.0
+            while at < 1.0 and whole > 0.0:
+                limit = low + step if rise > 0 else high - step
+                changed = (limit - alpha[i]) / rise if rise != 0 else np.inf
+                to = min(max(changed, at + (shortest - length) / whole), 1.0)
+                here, there = alpha[i] + at * rise, alpha[i] + to * rise
+                low, high = min(low, there), max(high, there)
+                length += (to - at) * whole
+                amount += (to - at) * whole * (here + there) / 2
+                beyond = to if to == 1.0 else to + OVERLAP / whole
+                made.append((points[i, 0] + beyond * dx, points[i, 1] + beyond * dy))
+                if to < 1.0:
+                    before = to - OVERLAP / whole
+                    opacity.append(amount / length)
+                    starts.append(len(made))
+                    made.append((points[i, 0] + before * dx, points[i, 1] + before * dy))
+                    low, high, length, amount = there, there, 0.0, 0.0
+                at = to
+        opacity.append(amount / length if length > 0 else low)
+        starts.append(len(made))
+    return np.array(made), np.array(opacity), np.array(starts)
 
 
 def _path(points: Floats, move: str, line: str) -> str:
     """Coordinates in hundredths of a pixel: `move` and `line` are formats of the first and of every other point."""
     pairs = points.round(2).tolist()
     return move.format(*pairs[0]) + "".join([line.format(*pair) for pair in pairs[1:]])
+
+
+def _hex(shade: Colour) -> str:
+    return "#{:02x}{:02x}{:02x}".format(*shade)
+
+
+def _rgb(shade: Colour) -> str:
+    """The operands of a PDF colour."""
+    return "{:.4g} {:.4g} {:.4g}".format(*(c / 255 for c in shade))
 
 
 def _bytes(values: NDArray[np.floating]) -> NDArray[np.uint8]:
@@ -235,12 +275,11 @@ def _printable(text: str) -> str:
     return "".join(c if c.isprintable() else " " for c in text)
 
 
-def _pdf_file(picture: Picture, content: str, families: list[str], levels: list[float]) -> bytes:
+def _pdf_file(picture: Picture, content: str, families: list[str]) -> bytes:
     """The objects of a PDF document around the content of its page."""
     width, height = picture.width * POINTS_PER_PIXEL, picture.height * POINTS_PER_PIXEL
     first_layer = 6
     layers = [f"{first_layer + n} 0 R" for n in range(len(families))]
-    states = " ".join(f"/A{level:g} <</CA {level:g}>>" for level in levels)
     named = " ".join(f"/F{n} {layer}" for n, layer in enumerate(layers))
     title = b"\xfe\xff" + picture.title.encode("utf-16-be", "replace")
     packed = zlib.compress(content.encode("ascii"), 6)
@@ -249,7 +288,8 @@ def _pdf_file(picture: Picture, content: str, families: list[str], levels: list[
         f"<</Type /Catalog /Pages 2 0 R /OCProperties <</OCGs {shown} /D <</Order {shown}>>>>>>",
         "<</Type /Pages /Kids [3 0 R] /Count 1>>",
         f"<</Type /Page /Parent 2 0 R /MediaBox [0 0 {width:g} {height:g}] /Contents 4 0 R"
-        f" /Resources <</ExtGState <<{states}>> /Properties <<{named}>>>>>>",
+        f" /Group <</S /Transparency /CS /DeviceRGB>>"
+        f" /Resources <</ExtGState <</Blend <</BM /{picture.blending.capitalize()}>>>> /Properties <<{named}>>>>>>",
         f"<</Length {len(packed)} /Filter /FlateDecode>>\nstream\n",
         f"<</Title <{title.hex()}>>>",
         *(f"<</Type /OCG /Name ({family})>>" for family in families),
