@@ -174,6 +174,23 @@ def test_short_strokes_can_be_left_out() -> None:
     assert len(strokes_of(segments_of(long, short), shortest=0.99)) == 2
 
 
+def test_edges_seen_end_on_are_no_strokes() -> None:
+    towards_the_eye = np.array([[[0.5, 0.25, 0.0], [0.25, 0.125, 1.5]]])
+    assert np.ptp(CAMERA.project(towards_the_eye[0])[:, :2], axis=0).max() < 1e-9
+    assert strokes_of(towards_the_eye) == []
+    assert strokes_of(towards_the_eye, tolerance=0.0) == []
+
+
+def test_spurs_shorter_than_the_tolerance_merge_into_what_they_end_on() -> None:
+    line = np.linspace([-1.0, 0, 0], [1, 0, 0], 5)
+    spur = np.array([[0.0, 0, 0], [0, 0.002, 0]])  # a fifth of a pixel
+    alone = spur + [0.0, 0.5, 0]
+    both = segments_of(line, spur, alone)
+    assert len(strokes_of(both, tolerance=0.25)) == 2
+    assert len(strokes_of(both, tolerance=0.1)) == 3
+    assert len(strokes_of(segments_of(spur, alone), tolerance=0.25)) == 2
+
+
 def test_pen_order_draws_the_same_with_less_travel() -> None:
     rng = np.random.default_rng(6)
     made = []

@@ -24,6 +24,8 @@ SHARPEST_TURN = 0.0
 """At junctions, segments are joined if the cosine of the turn between them is above this."""
 CROWD = 16
 """Where more ends than this meet in one point, there is no telling which goes on where: none are joined."""
+DOT = 0.01
+"""Pixels; shorter strokes (edges seen end-on) have no length where coordinates are written in hundredths."""
 ALPHA_TOLERANCE = 0.02
 """Opacity may be off by this much after simplification."""
 
@@ -202,7 +204,7 @@ def strokes(
         segments: Pieces of lines in front of the camera, in object space.
         camera: Where they are seen from.
         tolerance: How far, in pixels, a stroke may stray from its segments; 0 keeps every point.
-        shortest: Pixels; shorter strokes are left out.
+        shortest: Pixels; shorter strokes are left out, as are those shorter than the tolerance that end on longer ones.
     """
     chains = chain(segments.points)
     if len(chains) == 0:
@@ -222,10 +224,20 @@ def strokes(
     pixels, alpha = pixels[kept], alpha[kept]
     travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(pixels, axis=0), axis=1))])
     length = travelled[bounds[1:] - 1] - travelled[bounds[:-1]]
+    drawn = (length >= max(shortest, DOT)) & ~_spurs(points, first, length < tolerance)
     return tuple(
         Stroke(segments.family.value, pixels[bounds[c] : bounds[c + 1]], alpha[bounds[c] : bounds[c + 1]])
-        for c in np.flatnonzero(length >= shortest).tolist()
+        for c in np.flatnonzero(drawn).tolist()
     )
+
+
+def _spurs(points: Floats, first: Ints, short: Mask) -> Mask:
+    """(C,) True for the `short` ones of polylines (points first[c] : first[c + 1]) that end on one that isn't short."""
+    if not short.any() or short.all():
+        return np.zeros(len(short), dtype=np.bool_)
+    node = weld_points(points)
+    taken = node[np.repeat(~short, np.diff(first))]
+    return np.asarray(short & (np.isin(node[first[:-1]], taken) | np.isin(node[first[1:] - 1], taken)))
 
 
 def pen_order(strokes: Sequence[Stroke]) -> tuple[Stroke, ...]:
