@@ -114,7 +114,7 @@ class Drawing:
 
     def sorted_for_pen(self) -> Self:
         """The same drawing with each family's strokes in an order that keeps the pen's way in the air short."""
-        from ncmodel.geometry.strokes import pen_order
+        from ncmodel.geometry.pen import pen_order
 
         families = dict.fromkeys(stroke.family for stroke in self.strokes)
         ordered = [pen_order([s for s in self.strokes if s.family == family]) for family in families]

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ncmodel.camera import Camera
-from ncmodel.geometry.strokes import ALPHA_TOLERANCE, Chains, chain, connected, pen_order, strokes, weld_points
+from ncmodel.geometry.strokes import ALPHA_TOLERANCE, Chains, chain, connected, strokes, weld_points
 from ncmodel.types import Floats, Ints, LineFamily, Segments, Stroke
 
 CAMERA = Camera((0.0, 0.0, 3.0), focal_pixels=300.0)
@@ -112,7 +112,6 @@ def test_nothing() -> None:
     assert strokes_of(np.zeros((0, 2, 3))) == []
     assert len(chain(np.ones((3, 2, 3)))) == 0
     assert strokes_of(np.ones((3, 2, 3))) == []
-    assert pen_order([]) == ()
     assert len(connected(np.zeros((0, 2, 3)))) == 0
 
 
@@ -189,22 +188,3 @@ def test_spurs_shorter_than_the_tolerance_merge_into_what_they_end_on() -> None:
     assert len(strokes_of(both, tolerance=0.25)) == 2
     assert len(strokes_of(both, tolerance=0.1)) == 3
     assert len(strokes_of(segments_of(spur, alone), tolerance=0.25)) == 2
-
-
-def test_pen_order_draws_the_same_with_less_travel() -> None:
-    rng = np.random.default_rng(6)
-    made = []
-    for centre in rng.uniform(0, 768, (80, 2)):
-        points = centre + rng.normal(0, 20, (3, 2))
-        made.append(Stroke("ridges", points, rng.random(3)))
-    ordered = pen_order(made)
-
-    def travel(items: list[Stroke] | tuple[Stroke, ...]) -> float:
-        return sum(float(np.linalg.norm(b.points[0] - a.points[-1])) for a, b in itertools.pairwise(items))
-
-    def key(stroke: Stroke) -> bytes:
-        forwards, back = stroke.points.tobytes() + stroke.alpha.tobytes(), pen_reversed(stroke)
-        return min(forwards, back.points.tobytes() + back.alpha.tobytes())
-
-    assert sorted(map(key, ordered)) == sorted(map(key, made))
-    assert travel(ordered) < 0.35 * travel(made)

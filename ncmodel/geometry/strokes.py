@@ -1,12 +1,11 @@
-"""From loose segments to long strokes: chained through shared points, simplified, in an order that spares the pen.
+"""From loose segments to long strokes: chained through shared points, simplified.
 
 Segments of a line meet at points that neighbouring faces compute on their own, equal up to rounding. Such points are
 matched on a grid much finer than a pixel; where more than two segments meet, the straightest pairs are joined.
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
@@ -240,21 +239,6 @@ def _spurs(points: Floats, first: Ints, short: Mask) -> Mask:
     return np.asarray(short & (np.isin(node[first[:-1]], taken) | np.isin(node[first[1:] - 1], taken)))
 
 
-def pen_order(strokes: Sequence[Stroke]) -> tuple[Stroke, ...]:
-    """The strokes in an order, and each in a direction, that keeps the pen's way in the air short.
-
-    From the origin, the nearest end of a stroke not drawn yet is next. The time grows with the square of their number.
-    """
-    if not strokes:
-        return ()
-    ends = np.array([stroke.points[[0, -1]] for stroke in strokes])
-    order, reverse = _nearest_next(ends)
-    return tuple(
-        replace(strokes[i], points=strokes[i].points[::-1], alpha=strokes[i].alpha[::-1]) if back else strokes[i]
-        for i, back in zip(order.tolist(), reverse.tolist(), strict=True)
-    )
-
-
 @njit(cache=True, nogil=True)
 def _simplify(points: Floats, alpha: Floats, first: Ints, tolerance: float, alpha_tolerance: float) -> Mask:
     """Douglas and Peucker's choice of points: True for the (N,) points that stay.
@@ -293,23 +277,3 @@ def _deviation(points: Floats, alpha: Floats, a: int, b: int, i: int) -> tuple[f
     along = min(max((x * dx + y * dy) / max(dx * dx + dy * dy, 1e-300), 0.0), 1.0)
     off = math.hypot(x - along * dx, y - along * dy)
     return off, abs(alpha[i] - alpha[a] - along * (alpha[b] - alpha[a]))
-
-
-@njit(cache=True, nogil=True)
-def _nearest_next(ends: Floats) -> tuple[Ints, Mask]:
-    """Greedy tour over (N, 2, 2) stroke ends from the origin: the order, and which strokes are drawn backwards."""
-    count = len(ends)
-    left = np.arange(count)
-    order, reverse = np.empty(count, np.int64), np.empty(count, np.bool_)
-    x, y = 0.0, 0.0
-    for n in range(count):
-        best, place, back = np.inf, 0, 0
-        for k in range(count - n):
-            for end in range(2):
-                square = (ends[left[k], end, 0] - x) ** 2 + (ends[left[k], end, 1] - y) ** 2
-                if square < best:
-                    best, place, back = square, k, end
-        order[n], reverse[n] = left[place], back == 1
-        x, y = ends[order[n], 1 - back, 0], ends[order[n], 1 - back, 1]
-        left[place] = left[count - n - 1]
-    return order, reverse
