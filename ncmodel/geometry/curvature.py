@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numba import njit
 
-from ncmodel.geometry.areas import Indices, Sides, corner_areas, sides_of
+from ncmodel.geometry.areas import Indices, Sides, check_columns, corner_areas, sides_of
 from ncmodel.types import Floats
 
 Frame = tuple[float, ...]
@@ -37,6 +37,9 @@ def curvature_tensor(vertices: Floats, faces: Indices, normals: Floats, areas: F
         normals: (V, 3) unit normals.
         areas: (V,) point areas.
     """
+    check_columns(vertices, 3)
+    check_columns(faces, 3)
+    check_columns(normals, 3)
     tensor = np.zeros((len(vertices), 3))
     for f in range(len(faces)):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
@@ -73,6 +76,11 @@ def curvature_derivative(
         curvatures: (V, 2) k1 and k2 from `curvature_tensor`.
         dir1: (V, 3) from `curvature_tensor`.
     """
+    check_columns(vertices, 3)
+    check_columns(faces, 3)
+    check_columns(normals, 3)
+    check_columns(curvatures, 2)
+    check_columns(dir1, 3)
     derivative = np.zeros((len(vertices), 4))
     for f in range(len(faces)):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from ncmodel.geometry.areas import Indices, sides_of
-from ncmodel.geometry.rings import Rings
+from ncmodel.geometry.areas import Indices, check_columns, sides_of
+from ncmodel.geometry.rings import Offsets, Rings
 from ncmodel.types import Floats, Ints, LineFamily, LineSet
 
 
@@ -62,6 +62,7 @@ def _in_face_order(rings: Rings, start: Indices, corner: Indices) -> Edges:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _closed(faces: Indices) -> bool:
+    check_columns(faces, 3)
     total = np.uint64(0)
     for f in range(len(faces)):
         for c in range(3):
@@ -80,10 +81,10 @@ def _mixed(i: np.uint64, j: np.uint64) -> np.uint64:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _unpaired(starts: Indices, around: Indices) -> tuple[Indices, Indices]:
+def _unpaired(starts: Offsets, around: Indices) -> tuple[Indices, Indices]:
     """Sides (start vertex, ring corner) from a vertex to its next, whom no face has as the vertex's previous one."""
-    vertex = np.empty(len(around), dtype=np.int32)
-    corner = np.empty(len(around), dtype=np.int32)
+    vertex = np.empty(len(around), dtype=np.uint32)
+    corner = np.empty(len(around), dtype=np.uint32)
     previous_of = np.full(len(starts), -1, dtype=np.int32)
     size = 0
     for v in range(len(starts) - 1):
@@ -96,10 +97,10 @@ def _unpaired(starts: Indices, around: Indices) -> tuple[Indices, Indices]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _sharp(vertices: Floats, starts: Indices, around: Indices, least_cosine: float) -> tuple[Indices, Indices]:
+def _sharp(vertices: Floats, starts: Offsets, around: Indices, least_cosine: float) -> tuple[Indices, Indices]:
     """Sides (start vertex, ring corner) where the surface bends, each edge once, from its end of lower index."""
-    vertex = np.empty(len(around), dtype=np.int32)
-    corner = np.empty(len(around), dtype=np.int32)
+    vertex = np.empty(len(around), dtype=np.uint32)
+    corner = np.empty(len(around), dtype=np.uint32)
     # For each neighbour, the last corner from which a side leaves to it, and at which one arrives from it. Entries of
     # other rings lie before the current one's begin.
     leaving = np.full(len(starts), -1, dtype=np.int32)

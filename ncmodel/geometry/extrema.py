@@ -4,13 +4,14 @@ Sources: Ohtake et al. 2004 (ridges and valleys on meshes), Judd et al. 2007 (ap
 
 All three are zero crossings of a derivative E of a curvature K along its direction T. The slopes E T at the corners of
 a face, unlike E, don't depend on the sign of T; where two of them point apart, E is 0 on the side between. Two such
-sides make one segment, three make three that meet in the centroid.
+sides make one segment, three make three that meet in the centroid. Slopes are never stored: writing them would take
+longer than all that is made from them.
 """
 
 import numpy as np
 from numba import njit
 
-from ncmodel.geometry.areas import Indices
+from ncmodel.geometry.areas import Indices, check_columns
 from ncmodel.types import Floats, Ints, LineFamily, LineSet
 
 _Point = tuple[float, float, float, float]
@@ -30,9 +31,8 @@ def ridges_and_valleys(
         derivative: (V,) of k1 along dir1.
         feature_size: Makes the strength dimensionless.
     """
-    slope = dir1 * derivative[:, None]
-    found = _crossed_faces(faces, slope)
-    face, points, level = _segments(vertices, faces, found, slope, derivative, k1, False)
+    found = _crossed_faces(faces, dir1, derivative)
+    face, points, level = _segments(vertices, faces, found, dir1, derivative, k1, False)
     convex = k1[faces[face, 0]] > 0.0
     ones = np.ones_like(level)
     return (
@@ -42,7 +42,7 @@ def ridges_and_valleys(
 
 
 def apparent_ridges(
-    vertices: Floats, faces: Indices, q1: Floats, slope: Floats, derivative: Floats, feature_size: float
+    vertices: Floats, faces: Indices, q1: Floats, direction: Floats, derivative: Floats, feature_size: float
 ) -> LineSet:
     """Maxima of view-dependent curvature along its direction.
 
@@ -50,12 +50,12 @@ def apparent_ridges(
         vertices: (V, 3).
         faces: (F, 3).
         q1: (V,) squared view-dependent curvature.
-        slope: (V, 3) derivative times direction.
-        derivative: (V,) of q1 along its direction.
+        direction: (V, 3) its direction.
+        derivative: (V,) of q1 along it.
         feature_size: Makes the strength dimensionless.
     """
-    found = _crossed_faces(faces, slope)
-    face, points, level = _segments(vertices, faces, found, slope, derivative, q1, True)
+    found = _crossed_faces(faces, direction, derivative)
+    face, points, level = _segments(vertices, faces, found, direction, derivative, q1, True)
     return LineSet(LineFamily.APPARENT, points, face, level, np.ones_like(level), feature_size**2)
 
 
@@ -65,18 +65,17 @@ def facing_only(lines: LineSet, faces: Indices, n_dot_v: Floats) -> LineSet:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _crossed_faces(faces: Indices, slope: Floats) -> Indices:
+def _crossed_faces(faces: Indices, direction: Floats, derivative: Floats) -> Indices:
     """Faces with slopes that point apart on two sides or more."""
-    found = np.empty(len(faces), dtype=np.int32)
+    check_columns(faces, 3)
+    check_columns(direction, 3)
+    found = np.empty(len(faces), dtype=np.uint32)
     size = 0
     for f in range(len(faces)):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
-        ix, iy, iz = slope[i, 0], slope[i, 1], slope[i, 2]
-        jx, jy, jz = slope[j, 0], slope[j, 1], slope[j, 2]
-        kx, ky, kz = slope[k, 0], slope[k, 1], slope[k, 2]
-        on_i = jx * kx + jy * ky + jz * kz <= 0.0
-        on_j = kx * ix + ky * iy + kz * iz <= 0.0
-        on_k = ix * jx + iy * jy + iz * jz <= 0.0
+        on_i = _apart(direction, derivative, j, k)
+        on_j = _apart(direction, derivative, k, i)
+        on_k = _apart(direction, derivative, i, j)
         found[size] = f
         # Storing always and counting conditionally spares a branch that can't be predicted.
         size += (on_i & on_j) | (on_j & on_k) | (on_k & on_i)
@@ -84,11 +83,18 @@ def _crossed_faces(faces: Indices, slope: Floats) -> Indices:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _apart(direction: Floats, derivative: Floats, i: int, j: int) -> bool:
+    """Whether the slopes at two corners point apart."""
+    along = direction[i, 0] * direction[j, 0] + direction[i, 1] * direction[j, 1] + direction[i, 2] * direction[j, 2]
+    return bool(derivative[i] * derivative[j] * along <= 0.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _segments(
     vertices: Floats,
     faces: Indices,
     found: Indices,
-    slope: Floats,
+    direction: Floats,
     derivative: Floats,
     curvature: Floats,
     apparent: bool,
@@ -98,6 +104,9 @@ def _segments(
     Only extrema of the right kind count. Ridges and valleys (maxima where the curvature is positive at all corners,
     minima where it is negative) are tested by side, apparent ridges (maxima) by segment.
     """
+    check_columns(vertices, 3)
+    check_columns(faces, 3)
+    check_columns(direction, 3)
     face = np.empty(3 * len(found), dtype=np.int64)
     points = np.empty((3 * len(found), 2, 3))
     level = np.empty((3 * len(found), 2))
@@ -108,9 +117,9 @@ def _segments(
         if not apparent and low <= 0.0 and high >= 0.0:
             continue
         sign = 0.0 if apparent else (1.0 if low > 0.0 else -1.0)
-        on_i = _crossed(vertices, slope, j, k, sign)
-        on_j = _crossed(vertices, slope, k, i, sign)
-        on_k = _crossed(vertices, slope, i, j, sign)
+        on_i = _crossed(vertices, direction, derivative, j, k, sign)
+        on_j = _crossed(vertices, direction, derivative, k, i, sign)
+        on_k = _crossed(vertices, direction, derivative, i, j, sign)
         if int(on_i) + int(on_j) + int(on_k) < 2:
             continue
         # Sides ab and bc are joined; or, where all three are crossed, each ab in turn and the centroid.
@@ -124,7 +133,7 @@ def _segments(
                 else _centroid(vertices, curvature, a, b, c)
             )
             some = start[3] > 0.0 or end[3] > 0.0
-            if some and (not apparent or _run_towards(vertices, slope, a, b, c, start, end)):
+            if some and (not apparent or _run_towards(vertices, direction, derivative, a, b, c, start, end)):
                 face[size] = f
                 for axis in range(3):
                     points[size, 0, axis], points[size, 1, axis] = start[axis], end[axis]
@@ -135,19 +144,18 @@ def _segments(
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _crossed(vertices: Floats, slope: Floats, i: int, j: int, sign: float) -> bool:
+def _crossed(vertices: Floats, direction: Floats, derivative: Floats, i: int, j: int, sign: float) -> bool:
     """Whether the slopes at the ends of a side point apart: there is an extremum between.
 
     With `sign` 1 (-1), one of them must also point along the side inwards (outwards), which makes it a maximum
     (minimum): docs/geometry.md 8.
     """
-    ax, ay, az = slope[i, 0], slope[i, 1], slope[i, 2]
-    bx, by, bz = slope[j, 0], slope[j, 1], slope[j, 2]
-    apart = ax * bx + ay * by + az * bz <= 0.0
-    if sign == 0.0 or not apart:
-        return bool(apart)
+    if sign == 0.0 or not _apart(direction, derivative, i, j):
+        return _apart(direction, derivative, i, j)
     x, y, z = vertices[j, 0] - vertices[i, 0], vertices[j, 1] - vertices[i, 1], vertices[j, 2] - vertices[i, 2]
-    return bool(sign * (ax * x + ay * y + az * z) >= 0.0 or sign * (bx * x + by * y + bz * z) <= 0.0)
+    at_i = sign * _steepness(direction, derivative, i, x, y, z)
+    at_j = sign * _steepness(direction, derivative, j, x, y, z)
+    return bool(at_i >= 0.0 or at_j <= 0.0)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -175,14 +183,22 @@ def _centroid(vertices: Floats, curvature: Floats, a: int, b: int, c: int) -> _P
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _run_towards(vertices: Floats, slope: Floats, a: int, b: int, c: int, start: _Point, end: _Point) -> bool:
+def _run_towards(
+    vertices: Floats, direction: Floats, derivative: Floats, a: int, b: int, c: int, start: _Point, end: _Point
+) -> bool:
     """Whether the slopes at a and c, on one side of a segment, and at b, on the other, point towards it."""
     ex, ey, ez = vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1], vertices[b, 2] - vertices[a, 2]
     fx, fy, fz = vertices[c, 0] - vertices[a, 0], vertices[c, 1] - vertices[a, 1], vertices[c, 2] - vertices[a, 2]
     nx, ny, nz = ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx
     x, y, z = start[0] - end[0], start[1] - end[1], start[2] - end[2]
     px, py, pz = ny * z - nz * y, nz * x - nx * z, nx * y - ny * x
-    at_a = slope[a, 0] * px + slope[a, 1] * py + slope[a, 2] * pz
-    at_b = slope[b, 0] * px + slope[b, 1] * py + slope[b, 2] * pz
-    at_c = slope[c, 0] * px + slope[c, 1] * py + slope[c, 2] * pz
+    at_a = _steepness(direction, derivative, a, px, py, pz)
+    at_b = _steepness(direction, derivative, b, px, py, pz)
+    at_c = _steepness(direction, derivative, c, px, py, pz)
     return bool(at_a > 0.0 and at_b < 0.0 and at_c > 0.0)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _steepness(direction: Floats, derivative: Floats, v: int, x: float, y: float, z: float) -> float:
+    """The slope at a vertex along (x, y, z)."""
+    return float(derivative[v] * (direction[v, 0] * x + direction[v, 1] * y + direction[v, 2] * z))

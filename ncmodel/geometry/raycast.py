@@ -54,7 +54,7 @@ class RayScene:
     """
 
     def __init__(self, mesh: Mesh) -> None:
-        self.vertices, self.faces = mesh.vertices, mesh.faces.astype(np.int32)
+        self.vertices, self.faces = mesh.vertices, mesh.faces.astype(np.uint32)
         self.centre = np.zeros(3)
         self.radius = 1.0
         self._scene: EmbreeScene | None = None
@@ -64,7 +64,7 @@ class RayScene:
             self.radius = float(np.linalg.norm(used - self.centre, axis=1).max()) or 1.0
             # "Robust" makes edges watertight: without it rays slip through between two faces.
             self._scene = EmbreeScene(robust=True)
-            TriangleMesh(self._scene, self._local(mesh.vertices), self.faces)
+            TriangleMesh(self._scene, self._local(mesh.vertices), self.faces.view(np.int32))
 
     def hits(self, origins: Floats, directions: Floats) -> Hits:
         """Cast rays.

@@ -4,8 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
-from ncmodel.geometry.areas import Indices
+from ncmodel.geometry.areas import Indices, check_columns
+
+Offsets = NDArray[np.int32]
+"""Where the rows of each vertex start in a list."""
 
 
 class Rings(NamedTuple):
@@ -17,7 +21,7 @@ class Rings(NamedTuple):
         face: (3 F,) the corner's face.
     """
 
-    starts: Indices
+    starts: Offsets
     around: Indices
     face: Indices
 
@@ -28,15 +32,16 @@ def rings_of(faces: Indices, vertex_count: int) -> Rings:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _gathered(faces: Indices, vertex_count: int) -> tuple[Indices, Indices, Indices]:
+def _gathered(faces: Indices, vertex_count: int) -> tuple[Offsets, Indices, Indices]:
+    check_columns(faces, 3)
     starts = np.zeros(vertex_count + 1, dtype=np.int32)
     for f in range(len(faces)):
         for c in range(3):
             starts[faces[f, c] + 1] += 1
     for v in range(vertex_count):
         starts[v + 1] += starts[v]
-    around = np.empty((3 * len(faces), 2), dtype=np.int32)
-    face = np.empty(3 * len(faces), dtype=np.int32)
+    around = np.empty((3 * len(faces), 2), dtype=np.uint32)
+    face = np.empty(3 * len(faces), dtype=np.uint32)
     place = starts[:-1].copy()
     for f in range(len(faces)):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from ncmodel.geometry.areas import Indices
-from ncmodel.geometry.rings import Rings
+from ncmodel.geometry.rings import Offsets, Rings
 from ncmodel.types import Floats
 
 CUT = 6.25
@@ -47,10 +47,10 @@ def median_side(vertices: Floats, rings: Rings) -> float:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _neighbours(starts: Indices, around: Indices) -> tuple[Indices, Indices]:
+def _neighbours(starts: Offsets, around: Indices) -> tuple[Offsets, Indices]:
     """Neighbours of vertex v, each once: `neighbours[first[v] : first[v + 1]]`."""
     first = np.zeros(len(starts), dtype=np.int32)
-    neighbours = np.empty(2 * len(around), dtype=np.int32)
+    neighbours = np.empty(2 * len(around), dtype=np.uint32)
     met_by = np.full(len(starts), -1, dtype=np.int32)
     size = 0
     for v in range(len(starts) - 1):
@@ -65,7 +65,7 @@ def _neighbours(starts: Indices, around: Indices) -> tuple[Indices, Indices]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _diffused(rows: Floats, starts: Indices, neighbours: Indices, reach: Floats) -> Floats:
+def _diffused(rows: Floats, starts: Offsets, neighbours: Indices, reach: Floats) -> Floats:
     """Unit normals (levels, V, 3) averaged over neighbours within squared distances `reach`, ascending.
 
     One search a vertex, in breadth, serves all levels. `rows` (V, 8) hold position, normal, area.
@@ -74,7 +74,7 @@ def _diffused(rows: Floats, starts: Indices, neighbours: Indices, reach: Floats)
     inverse = 1.0 / np.maximum(reach, 1e-300)
     smooth = np.empty((levels, len(rows), 3))
     met_by = np.full(len(rows), -1, dtype=np.int32)
-    queue = np.empty(min(MOST_NEIGHBOURS, len(rows)), dtype=np.int32)
+    queue = np.empty(min(MOST_NEIGHBOURS, len(rows)), dtype=np.uint32)
     total = np.empty((levels, 3))
     for v in range(len(rows)):
         px, py, pz, vx, vy, vz = rows[v, 0], rows[v, 1], rows[v, 2], rows[v, 3], rows[v, 4], rows[v, 5]

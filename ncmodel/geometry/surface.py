@@ -42,7 +42,7 @@ class Surface:
     @stage
     def faces(self) -> areas.Indices:
         """(F, 3) the mesh's faces with half the memory to read."""
-        return self.mesh.faces.astype(np.int32)
+        return self.mesh.faces.astype(np.uint32)
 
     @stage
     def normals(self) -> Floats:
@@ -105,8 +105,8 @@ class Surface:
     @stage
     def ridges_and_valleys(self) -> tuple[LineSet, LineSet]:
         """Ridges and valleys at threshold 0, on back faces too."""
-        k1, derivative = np.ascontiguousarray(self.k1), np.ascontiguousarray(self.dcurv[:, 0])
-        return extrema.ridges_and_valleys(self.mesh.vertices, self.faces, k1, self.dir1, derivative, self.feature_size)
+        vertices, faces, derivative = self.mesh.vertices, self.faces, self.dcurv[:, 0]
+        return extrema.ridges_and_valleys(vertices, faces, self.k1, self.dir1, derivative, self.feature_size)
 
     @stage
     def is_closed(self) -> bool:

@@ -67,7 +67,7 @@ class View:
 
     @stage
     def view_derivative(self) -> tuple[Floats, Floats]:
-        """(V,) derivative of q1 along t1 and (V, 3) that derivative times t1 in object space."""
+        """(V,) derivative of q1 along t1 and (V, 3) t1 in object space."""
         surface, vertices = self.surface, self.mesh.vertices
         q1, t1 = self.view_curvature
         return view_curvature.view_dependent_derivative(
@@ -184,8 +184,8 @@ def _valleys(view: View) -> LineSet:
 
 def _apparent(view: View) -> LineSet:
     vertices, faces, size = view.mesh.vertices, view.surface.faces, view.surface.feature_size
-    derivative, slope = view.view_derivative
-    return extrema.apparent_ridges(vertices, faces, view.q1, slope, derivative, size)
+    derivative, direction = view.view_derivative
+    return extrema.apparent_ridges(vertices, faces, view.q1, direction, derivative, size)
 
 
 def _boundaries(view: View) -> LineSet:

@@ -5,6 +5,9 @@ Sources: DeCarlo et al. 2003 (radial curvature and its derivative), Judd et al. 
 Undefined directions read as 0: the view direction of a vertex at the eye, and the tangential view direction w of a
 vertex seen exactly along its normal. |n.v| is held at `GRAZING` or above where it divides, so that q1 and its
 derivative stay finite on the contour.
+
+NumPy makes the arrays that kernels fill, those of one kernel in one piece: it asks for huge pages for pieces of 4 MB,
+numba doesn't. On a million faces half of the time would go into page faults.
 """
 
 import math
@@ -12,7 +15,8 @@ import math
 import numpy as np
 from numba import njit
 
-from ncmodel.geometry.areas import Indices, sides_of
+from ncmodel.geometry.areas import Indices, check_columns, sides_of
+from ncmodel.geometry.rings import Offsets
 from ncmodel.types import Floats
 
 GRAZING = 1e-8
@@ -22,16 +26,22 @@ TINY = 1e-150
 """Lengths below this count as 0: their squares underflow."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
 def facing(vertices: Floats, normals: Floats, eye: Floats) -> Floats:
     """n.v (V,): cosine of the angle between the normal and the direction to the eye."""
     n_dot_v = np.empty(len(vertices))
+    _face(vertices, normals, eye, n_dot_v)
+    return n_dot_v
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _face(vertices: Floats, normals: Floats, eye: Floats, n_dot_v: Floats) -> None:
+    check_columns(vertices, 3)
+    check_columns(normals, 3)
     for i in range(len(vertices)):
         x, y, z = eye[0] - vertices[i, 0], eye[1] - vertices[i, 1], eye[2] - vertices[i, 2]
         dot = x * normals[i, 0] + y * normals[i, 1] + z * normals[i, 2]
         length = math.sqrt(x * x + y * y + z * z)
         n_dot_v[i] = dot / length if length > TINY else 0.0
-    return n_dot_v
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -41,6 +51,8 @@ def facing_slope(vertices: Floats, faces: Indices, n_dot_v: Floats, eye: Floats)
     Where n.v = 0 it is the radial curvature, up to the error of both, but needs no curvature: it tells which side of a
     contour is nearer to the eye.
     """
+    check_columns(vertices, 3)
+    check_columns(faces, 3)
     slope = np.zeros(len(vertices))
     area = np.zeros(len(vertices))
     for f in range(len(faces)):
@@ -63,7 +75,6 @@ def facing_slope(vertices: Floats, faces: Indices, n_dot_v: Floats, eye: Floats)
     return slope
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
 def radial_curvature(
     vertices: Floats, normals: Floats, curvatures: Floats, dir1: Floats, eye: Floats
 ) -> tuple[Floats, Floats]:
@@ -71,8 +82,17 @@ def radial_curvature(
 
     The squares of the latter, u and v, add up to sin^2(theta).
     """
-    kr = np.empty(len(vertices))
-    uv = np.empty((2, len(vertices)))
+    found = np.empty((3, len(vertices)))
+    _bend(vertices, normals, curvatures, dir1, eye, found)
+    return found[0], found[1:]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _bend(vertices: Floats, normals: Floats, curvatures: Floats, dir1: Floats, eye: Floats, found: Floats) -> None:
+    check_columns(vertices, 3)
+    check_columns(normals, 3)
+    check_columns(curvatures, 2)
+    check_columns(dir1, 3)
     for i in range(len(vertices)):
         x, y, z = eye[0] - vertices[i, 0], eye[1] - vertices[i, 1], eye[2] - vertices[i, 2]
         length = math.sqrt(x * x + y * y + z * z)
@@ -81,15 +101,21 @@ def radial_curvature(
         dx, dy, dz = dir1[i, 0], dir1[i, 1], dir1[i, 2]
         u = (x * dx + y * dy + z * dz) * scale
         v = (x * (ny * dz - nz * dy) + y * (nz * dx - nx * dz) + z * (nx * dy - ny * dx)) * scale
-        uv[0, i], uv[1, i] = u, v
-        kr[i] = curvatures[i, 0] * u * u + curvatures[i, 1] * v * v
-    return kr, uv
+        found[0, i] = curvatures[i, 0] * u * u + curvatures[i, 1] * v * v
+        found[1, i], found[2, i] = u, v
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
 def radial_derivative(curvatures: Floats, derivative: Floats, uv: Floats, n_dot_v: Floats) -> Floats:
     """sin(theta) DwKr (V,): the numerator of the suggestive-contour test, no threshold taken off."""
     numerator = np.empty(len(curvatures))
+    _derive_radial(curvatures, derivative, uv, n_dot_v, numerator)
+    return numerator
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _derive_radial(curvatures: Floats, derivative: Floats, uv: Floats, n_dot_v: Floats, numerator: Floats) -> None:
+    check_columns(curvatures, 2)
+    check_columns(derivative, 4)
     for i in range(len(numerator)):
         u, v = uv[0, i], uv[1, i]
         s2 = u * u + v * v
@@ -98,15 +124,19 @@ def radial_derivative(curvatures: Floats, derivative: Floats, uv: Floats, n_dot_
         along = u * (u * (c0 * u + 3.0 * c1 * v) + 3.0 * c2 * v * v) + c3 * v * v * v
         torsion = (curvatures[i, 1] - curvatures[i, 0]) * (u * v * inverse)
         numerator[i] = along * inverse - 2.0 * n_dot_v[i] * torsion * torsion
-    return numerator
+
+
+def view_dependent_curvature(curvatures: Floats, uv: Floats, n_dot_v: Floats) -> tuple[Floats, Floats]:
+    """q1 (V,), the square of the largest view-dependent curvature, and its direction t1 (2, V) along dir1 and dir2."""
+    found = np.empty((3, len(curvatures)))
+    _bend_in_view(curvatures, uv, n_dot_v, found)
+    return found[0], found[1:]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def view_dependent_curvature(curvatures: Floats, uv: Floats, n_dot_v: Floats) -> tuple[Floats, Floats]:
-    """q1 (V,), the square of the largest view-dependent curvature, and its direction t1 (2, V) along dir1 and dir2."""
-    q1 = np.empty(len(curvatures))
-    t1 = np.empty((2, len(curvatures)))
-    for i in range(len(q1)):
+def _bend_in_view(curvatures: Floats, uv: Floats, n_dot_v: Floats, found: Floats) -> None:
+    check_columns(curvatures, 2)
+    for i in range(len(curvatures)):
         u, v = uv[0, i], uv[1, i]
         nv = max(abs(n_dot_v[i]), GRAZING)
         s2 = u * u + v * v
@@ -118,17 +148,15 @@ def view_dependent_curvature(curvatures: Floats, uv: Floats, n_dot_v: Floats) ->
         m1, m2, m12 = q11 * q11 + q21 * q21, q12 * q12 + q22 * q22, q11 * q12 + q21 * q22
         half = 0.5 * (m2 - m1)
         radius = math.sqrt(half * half + m12 * m12)
-        q1[i] = 0.5 * (m1 + m2) + radius
+        found[0, i] = 0.5 * (m1 + m2) + radius
         # Of two equal forms of the eigenvector, the one without cancellation; (0, 1) where every direction is one.
         x = half - radius if half < 0.0 else m12
         y = -m12 if half < 0.0 else half + radius
         length = math.sqrt(x * x + y * y)
-        t1[0, i] = x / length if length > TINY else 0.0
-        t1[1, i] = y / length if length > TINY else 1.0
-    return q1, t1
+        found[1, i] = x / length if length > TINY else 0.0
+        found[2, i] = y / length if length > TINY else 1.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
 def view_dependent_derivative(
     vertices: Floats,
     normals: Floats,
@@ -136,10 +164,10 @@ def view_dependent_derivative(
     q1: Floats,
     t1: Floats,
     n_dot_v: Floats,
-    starts: Indices,
+    starts: Offsets,
     around: Indices,
 ) -> tuple[Floats, Floats]:
-    """Dt1q1 (V,), the derivative of q1 along t1, and the vectors Dt1q1 T1 (V, 3).
+    """Dt1q1 (V,), the derivative of q1 along t1, and T1 (V, 3), which is t1 in object space.
 
     From each vertex the line along t1 is followed both ways to where it leaves the ring of faces; q1 there is
     interpolated on the outer side, and the two difference quotients are averaged.
@@ -154,8 +182,30 @@ def view_dependent_derivative(
         starts: (V + 1,) of `Rings`.
         around: (3 F, 2) of `Rings`.
     """
-    derivative = np.empty(len(vertices))
-    slope = np.empty((len(vertices), 3))
+    found = np.empty(4 * len(vertices))
+    derivative, direction = found[: len(vertices)], found[len(vertices) :].reshape(-1, 3)
+    _derive_in_view(vertices, normals, dir1, q1, t1, n_dot_v, starts, around, derivative, direction)
+    return derivative, direction
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _derive_in_view(
+    vertices: Floats,
+    normals: Floats,
+    dir1: Floats,
+    q1: Floats,
+    t1: Floats,
+    n_dot_v: Floats,
+    starts: Offsets,
+    around: Indices,
+    derivative: Floats,
+    direction: Floats,
+) -> None:
+    check_columns(vertices, 3)
+    check_columns(normals, 3)
+    check_columns(dir1, 3)
+    check_columns(around, 2)
+    check_columns(direction, 3)
     for i in range(len(vertices)):
         px, py, pz = vertices[i, 0], vertices[i, 1], vertices[i, 2]
         nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
@@ -171,7 +221,8 @@ def view_dependent_derivative(
             jx, jy, jz = vertices[j, 0] - px, vertices[j, 1] - py, vertices[j, 2] - pz
             kx, ky, kz = vertices[k, 0] - px, vertices[k, 1] - py, vertices[k, 2] - pz
             at_j, at_k = jx * sx + jy * sy + jz * sz, kx * sx + ky * sy + kz * sz
-            if not ((at_k >= 0.0 and at_j < 0.0) or (at_k <= 0.0 and at_j > 0.0)):
+            # One branch that can be mispredicted instead of four.
+            if not (((at_k >= 0.0) & (at_j < 0.0)) | ((at_k <= 0.0) & (at_j > 0.0))):
                 continue
             w = at_k / (at_k - at_j)
             x, y, z = kx + w * (jx - kx), ky + w * (jy - ky), kz + w * (jz - kz)
@@ -181,7 +232,5 @@ def view_dependent_derivative(
                 count += 1
                 if count == 2:
                     break
-        value = total / (max(abs(n_dot_v[i]), GRAZING) * max(count, 1))
-        derivative[i] = value
-        slope[i, 0], slope[i, 1], slope[i, 2] = value * tx, value * ty, value * tz
-    return derivative, slope
+        derivative[i] = total / (max(abs(n_dot_v[i]), GRAZING) * max(count, 1))
+        direction[i, 0], direction[i, 1], direction[i, 2] = tx, ty, tz

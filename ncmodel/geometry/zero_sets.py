@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from ncmodel.geometry.areas import Indices
+from ncmodel.geometry.areas import Indices, check_columns
 from ncmodel.types import Floats, Ints, LineFamily, LineSet
 
 VANISHING = 1e-30
@@ -61,6 +61,8 @@ def _zero_set(
     Returns:
         Faces (S,), points (S, 2, 3), numerator (S, 2) and denominator (S, 2) at the ends.
     """
+    check_columns(vertices, 3)
+    check_columns(faces, 3)
     candidates = _crossed_faces(faces, value, culling)
     index = np.empty(2 * len(candidates), dtype=np.int64)
     points = np.empty((2 * len(candidates), 2, 3))
@@ -98,14 +100,15 @@ def _zero_set(
 @njit(cache=True, nogil=True, error_model="numpy")
 def _crossed_faces(faces: Indices, value: Floats, culling: Floats) -> Indices:
     """Faces where `value` takes both signs and `culling`, if any, is somewhere positive."""
-    found = np.empty(len(faces), dtype=np.int32)
+    check_columns(faces, 3)
+    found = np.empty(len(faces), dtype=np.uint32)
     size = 0
     for f in range(len(faces)):
-        i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
-        a, b, c = value[i], value[j], value[k]
-        found[size] = f
-        # Storing always and counting conditionally keeps the loop free of branches that can't be predicted.
-        size += (min(a, b, c) < 0.0) & (max(a, b, c) > 0.0)
+        a, b, c = value[faces[f, 0]], value[faces[f, 1]], value[faces[f, 2]]
+        # One branch, hardly ever taken.
+        if ((a < 0.0) | (b < 0.0) | (c < 0.0)) & ((a > 0.0) | (b > 0.0) | (c > 0.0)):
+            found[size] = f
+            size += 1
     if len(culling) == 0:
         return found[:size].copy()
     kept = 0
