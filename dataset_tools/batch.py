@@ -151,8 +151,9 @@ def build_batch(planner: Planner, batch_dir: Path, look: Look, settings: Mapping
         **settings,
     }
     writer = BatchWriter(planner.tokens, look, batch_template)
-    writer.write(batch_dir, planner.sheets(), Key(questionnaires, record).record())
-    return _report(planner, list(questionnaires.values()))
+    notes = writer.write(batch_dir, planner.sheets(), Key(questionnaires, record).record())
+    built = _report(planner, list(questionnaires.values()))
+    return replace(built, notes=(*built.notes, *notes))
 
 
 def _report(planner: Planner, questionnaires: Sequence[Questionnaire]) -> Built:

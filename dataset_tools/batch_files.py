@@ -22,6 +22,10 @@ Template = Callable[[int, int, Size, Size], str]
 """Makes the template from: questions, renders in each, (width, height) of drawings, (width, height) of renders."""
 
 
+MAX_TEMPLATE = 64 * 1024
+"""Bytes of the longest template that Turkle takes."""
+
+
 @dataclass(frozen=True)
 class Look:
     """How a batch's pictures reach participants.
@@ -83,13 +87,16 @@ class BatchWriter:
     look: Look
     template: Template
 
-    def write(self, batch_dir: Path, sheets: Sequence[Sheet], key: Mapping[str, object]) -> None:
+    def write(self, batch_dir: Path, sheets: Sequence[Sheet], key: Mapping[str, object]) -> list[str]:
         """Write a batch folder; it appears whole or not at all.
 
         Args:
             batch_dir: A folder that doesn't exist yet or is empty.
             sheets: The questionnaires, all of one length, with as many renders in each question.
             key: What `key.json` holds.
+
+        Returns:
+            What the requester should know.
 
         Raises:
             UsageError: The folder holds something.
@@ -106,6 +113,22 @@ class BatchWriter:
             text = self.template(len(sheets[0].questions), len(first.renders), drawing_size, render_size)
             write_text(folder / TEMPLATE_NAME, text)
             write_text(folder / KEY_NAME, json.dumps(key, indent=1) + "\n")
+            (folder / KEY_NAME).chmod(0o600)  # what answers mean is for the requester alone
+        return self._notes(batch_dir, len(text.encode()))
+
+    def _notes(self, batch_dir: Path, template_bytes: int) -> list[str]:
+        notes = []
+        if template_bytes > MAX_TEMPLATE:
+            notes.append(
+                f"{TEMPLATE_NAME} has {template_bytes} bytes, and Turkle takes {MAX_TEMPLATE}: ask fewer questions, or "
+                "use a site of your own"
+            )
+        if "://" in self.look.base_url and not self.look.embed:
+            notes.append(
+                f"put the pictures of {batch_dir / IMAGES_NAME} at {self.look.base_url}, and nothing else: "
+                f"{KEY_NAME} tells all answers"
+            )
+        return notes
 
     def _name(self, sheet: Sheet, shown: Shown, kind: str, place: int) -> str:
         """What a picture is called where it is shown: every showing has a name of its own."""

@@ -49,16 +49,17 @@ def make_batch(
         InputError: A file of the data folder or an artists' drawing can't be read.
     """
     drawings: Sequence[Drawing] = ()
+    items, notes, settings = list_items(data_dir), [], {}
+    if scheme.sentinels and len({item.shape for item in items}) == 1:
+        scheme = replace(scheme, sentinels=0)
+        notes.append("no sentinels: they show drawings of other shapes, and there is one shape; nobody is unreliable")
     if scheme.sentinels:
-        items = list_items(data_dir)
         drawings = artists_drawings(artists, items) if artists else _simulated(data_dir, items, scheme)
-    origin = "artists" if artists else "simulated artists"
-    settings = {"sentinels_from": origin} if scheme.sentinels else {}
+        settings = {"sentinels_from": "artists" if artists else "simulated artists"}
+        if artists is None:
+            notes.append("sentinels show simulated artists' drawings; for a study with people give --artists")
     built = build_batch(Planner(data_dir, scheme, drawings, needs, fill), batch_dir, look, settings)
-    if artists is None and scheme.sentinels:
-        note = "sentinels show simulated artists' drawings; for a study with people give --artists"
-        built = replace(built, notes=(*built.notes, note))
-    return built
+    return replace(built, notes=(*built.notes, *notes))
 
 
 def _simulated(data_dir: Path, items: Sequence[Item], scheme: Scheme) -> list[Drawing]:

@@ -185,8 +185,9 @@ def asset(name: str) -> str:
 
 
 def _inline(name: str) -> Markup:
-    """A style sheet or script of ours to stand in a page, without indentation."""
-    return Markup("\n".join(line.strip() for line in asset(name).splitlines()))
+    """A style sheet or script of ours to stand in a page, without indentation and lines that are comments."""
+    lines = (line.strip() for line in asset(name).splitlines())
+    return Markup("\n".join(line for line in lines if line and not (line.startswith("/*") and line.endswith("*/"))))
 
 
 @cache

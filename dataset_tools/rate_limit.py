@@ -25,11 +25,19 @@ class RateLimit:
     def allows(self, name: str) -> bool:
         """Whether `name` may do it now; if so, it is counted."""
         with self._lock:
-            now = self._clock()
-            left, since = self._buckets.pop(name, (float(self._burst), now))
-            left = min(float(self._burst), left + (now - since) * self._rate)
-            allowed = left >= 1.0
-            self._buckets[name] = (left - 1.0 if allowed else left, now)
+            left = self._left(name)
+            self._buckets[name] = (left - 1.0 if left >= 1.0 else left, self._clock())
+            self._buckets.move_to_end(name)
             while len(self._buckets) > MAX_KNOWN:
                 self._buckets.popitem(last=False)
-        return allowed
+        return left >= 1.0
+
+    def would_allow(self, name: str) -> bool:
+        """Whether `name` may do it now; nothing is counted."""
+        with self._lock:
+            return self._left(name) >= 1.0
+
+    def _left(self, name: str) -> float:
+        """How often `name` may do it at once."""
+        left, since = self._buckets.get(name, (float(self._burst), 0.0))
+        return min(float(self._burst), left + (self._clock() - since) * self._rate)

@@ -115,9 +115,10 @@ class Site:
         ]
 
     async def welcome(self, request: Request) -> Response:
-        """The consent page; who has begun goes on where they were."""
+        """The consent page; who has begun goes on where they were, unless the link names somebody else."""
         entry = await self._entry(request)
-        if entry is not None and entry.state is not State.ABANDONED:
+        named = request.query_params.get(self.settings.parameters[0], "")
+        if entry is not None and entry.state is not State.ABANDONED and named in ("", entry.worker):
             return see("/done" if entry.state is State.FINISHED else "/questions")
         parameters = self._parameters(request.query_params)
         if parameters is None:

@@ -113,9 +113,9 @@ class Admin:
 
     async def overview(self, request: Request) -> Response:
         """Live counts, votes an item, flags; or the form that asks for the token."""
-        if not self._known(request):
-            page = render("site_login.html.j2", message="")
-            return HTMLResponse(page, 401, headers=headers())
+        refused = self._refusal(request)
+        if refused:
+            return HTMLResponse(render("site_login.html.j2", message=""), refused, headers=headers())
         now = await self._status()
         return HTMLResponse(render("site_admin.html.j2", status=now), headers={**headers(), "Refresh": "15"})
 
@@ -134,14 +134,16 @@ class Admin:
 
     async def status(self, request: Request) -> Response:
         """The counts, for programs."""
-        if not self._known(request):
-            return JSONResponse({"error": "no token"}, 401, headers=headers())
+        refused = self._refusal(request)
+        if refused:
+            return _refused(refused)
         return JSONResponse(_plain(await self._status()), headers=headers())
 
     async def results(self, request: Request) -> Response:
         """The questionnaires that were sent, as CSV."""
-        if not self._known(request):
-            return JSONResponse({"error": "no token"}, 401, headers=headers())
+        refused = self._refusal(request)
+        if refused:
+            return _refused(refused)
         name = {"Content-Disposition": 'attachment; filename="results.csv"'}
         return StreamingResponse(results_csv(self._database), media_type="text/csv", headers={**headers(), **name})
 
@@ -149,14 +151,32 @@ class Admin:
         entries = await run_in_threadpool(self._store.entries)
         return status(entries, self._subjects, self._places)
 
-    def _known(self, request: Request) -> bool:
-        bearer = request.headers.get("authorization", "").removeprefix("Bearer ")
-        by_cookie = hmac.compare_digest(request.cookies.get(COOKIE, "").encode(), self._badge().encode())
-        return by_cookie or hmac.compare_digest(bearer.encode(), self._token.encode())
+    def _refusal(self, request: Request) -> int:
+        """The status of the refusal of somebody who isn't the requester, 0 for the requester.
+
+        The cookie can't be guessed. Wrong tokens count as tries to log in, and after too many of them no token is
+        looked at.
+        """
+        if hmac.compare_digest(request.cookies.get(COOKIE, "").encode(), self._badge().encode()):
+            return 0
+        scheme, _, bearer = request.headers.get("authorization", "").partition(" ")
+        if scheme.lower() != "bearer":
+            return 401
+        if not self._logins.would_allow(address(request)):
+            return 429
+        if hmac.compare_digest(bearer.strip().encode(), self._token.encode()):
+            return 0
+        self._logins.allows(address(request))
+        return 401
 
     def _badge(self) -> str:
         """What the cookie holds: proof of the token, not the token."""
         return hmac.new(self._token.encode(), b"admin", hashlib.sha256).hexdigest()
+
+
+def _refused(status: int) -> Response:
+    text = "too many wrong tokens; wait a minute" if status == 429 else "no token"
+    return JSONResponse({"error": text}, status, headers=headers())
 
 
 def _plain(now: Status) -> dict[str, Any]:

@@ -21,7 +21,7 @@ PICTURES = "/images/"
 """Where the site serves pictures."""
 
 _PLACEHOLDER = re.compile(r"\$\{(\w+)\}")
-_INPUT = re.compile(r'name="(q\d+)" value="([^"]*)"')
+_INPUT = re.compile(r'name=(q\d+) value="([^"]*)"')
 
 
 @dataclass(frozen=True)

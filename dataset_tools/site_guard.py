@@ -1,5 +1,6 @@
 """What stands before every page: sizes, origins, headers; and what pages do with requests and responses."""
 
+import asyncio
 from collections.abc import Sequence
 from urllib.parse import parse_qsl, urlsplit
 
@@ -9,6 +10,9 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 MAX_BODY = 64 * 1024
 """Bytes of the largest request that a page of ours can send."""
+
+BODY_SECONDS = 30.0
+"""How long such a request takes over the slowest connection that can show the pictures."""
 
 
 def headers(scripts: Sequence[str] = (), styles: Sequence[str] = ()) -> dict[str, str]:
@@ -40,10 +44,11 @@ class Guard:
     Args:
         app: What it guards.
         public_url: The address that participants use; "" where it is the one they connect to.
+        body_seconds: How long a request's body may take.
     """
 
-    def __init__(self, app: ASGIApp, public_url: str = "") -> None:
-        self._app = app
+    def __init__(self, app: ASGIApp, public_url: str = "", body_seconds: float = BODY_SECONDS) -> None:
+        self._app, self._body_seconds = app, body_seconds
         self._public_host = urlsplit(public_url).netloc
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -56,10 +61,15 @@ class Guard:
             await PlainTextResponse("sent by another site", 403, headers=headers())(scope, receive, send)
             return
         length = given.get("content-length", "0")
-        if not length.isdigit() or int(length) > MAX_BODY:
+        if not length.isdecimal() or int(length) > MAX_BODY:
             await PlainTextResponse("too large", 413, headers=headers())(scope, receive, send)
             return
-        body = await _read(receive)
+        try:
+            async with asyncio.timeout(self._body_seconds):
+                body = await _read(receive)
+        except TimeoutError:
+            await PlainTextResponse("too slow", 408, headers=headers())(scope, receive, send)
+            return
         if body is None:
             await PlainTextResponse("too large", 413, headers=headers())(scope, receive, send)
             return

@@ -4,16 +4,15 @@ import os
 import re
 import secrets
 import socket
-import sys
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from starlette.applications import Starlette
 from starlette.middleware import Middleware
 
-from dataset_tools.questionnaire import read_key
+from dataset_tools.questionnaire import KEY_NAME, read_key
 from dataset_tools.site import Limits, Settings, Site
 from dataset_tools.site_admin import Admin
 from dataset_tools.site_batch import SiteBatch
@@ -87,8 +86,51 @@ def read_token(path: Path) -> str:
     return token
 
 
-def serve(files: SiteFiles, settings: Settings, policy: Policy, host: str, port: int) -> None:
+@dataclass(frozen=True)
+class Addresses:
+    """Where a site that is being served can be reached.
+
+    Attributes:
+        participants: The link for participants.
+        requester: The requester's page.
+        token: The file with the requester's token.
+        port: The port that is listened on.
+        notes: What the requester should know.
+    """
+
+    participants: str
+    requester: str
+    token: Path
+    port: int
+    notes: tuple[str, ...]
+
+    def record(self) -> dict[str, object]:
+        """As a JSON object."""
+        return {**asdict(self), "token": str(self.token), "notes": list(self.notes)}
+
+    def text(self) -> str:
+        """For people."""
+        lines = [f"participants: {self.participants}", f"requester: {self.requester}, token in {self.token}"]
+        return "\n".join([*lines, *self.notes])
+
+
+def serve(
+    files: SiteFiles,
+    settings: Settings,
+    policy: Policy,
+    host: str,
+    port: int,
+    announce: Callable[[Addresses], None],
+) -> None:
     """Serve the site until interrupted.
+
+    Args:
+        files: Where its files are.
+        settings: What the requester decides.
+        policy: Who gets which questionnaire.
+        host: Address to listen on.
+        port: Port to listen on, 0 for a free one.
+        announce: Called once the site listens.
 
     Raises:
         InputError: The batch or the database can't be used.
@@ -105,7 +147,7 @@ def serve(files: SiteFiles, settings: Settings, policy: Policy, host: str, port:
     )  # fmt: skip
     try:
         with _listening(host, port) as listener:
-            sys.stderr.write(_greeting(host, listener.getsockname()[1], settings, files))
+            announce(_addresses(host, listener.getsockname()[1], settings, files))
             uvicorn.Server(config).run(sockets=[listener])
     finally:
         store.close()
@@ -149,14 +191,17 @@ def read_consent(path: Path) -> tuple[str, ...]:
     return paragraphs
 
 
-def _greeting(host: str, port: int, settings: Settings, files: SiteFiles) -> str:
-    here = f"http://{f'[{host}]' if ':' in host else host}:{port}"
-    link = f"{settings.public_url or here}/?" + "&".join(f"{name}=..." for name in settings.parameters)
-    lines = [f"participants: {link}", f"requester: {settings.public_url or here}/admin, token in {files.token}"]
+def _addresses(host: str, port: int, settings: Settings, files: SiteFiles) -> Addresses:
+    base = settings.public_url or f"http://{f'[{host}]' if ':' in host else host}:{port}"
+    link = f"{base}/?" + "&".join(f"{name}=..." for name in settings.parameters)
+    notes = []
     if not settings.public_url:
         reach = "only this machine can reach it" if host in LOOPBACK else "WITHOUT TLS: answers can be read on the way"
-        lines.append(
+        notes.append(
             f"{reach}; to open it to others put a proxy with TLS (caddy, nginx) before this address on loopback and "
             "start again with --public-url https://YOUR.HOST"
         )
-    return "".join(f"{line}\n" for line in lines)
+    key = files.batch_dir / KEY_NAME
+    if key.stat().st_mode & 0o077:
+        notes.append(f"{key} can be read by other users of this machine, and it tells all answers: chmod 600 {key}")
+    return Addresses(link, f"{base}/admin", files.token, port, tuple(notes))

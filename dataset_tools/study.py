@@ -157,7 +157,7 @@ def build_study(
     look: Look,
     batch_dir: Path,
     needs: Mapping[Comparison, int] | None = None,
-) -> StudyKey:
+) -> tuple[StudyKey, list[str]]:
     """Write the batch folder of a study.
 
     Args:
@@ -168,6 +168,9 @@ def build_study(
         batch_dir: A folder that doesn't exist yet or is empty.
         needs: Comparison -> answers wanted; by default all comparisons, with the scheme's number. Others fill the
             questionnaires up, for who answers few pairs can't be told from who clicks.
+
+    Returns:
+        The study's key, and what the requester should know.
 
     Raises:
         UsageError: The folder holds something, or there are no rivals.
@@ -189,8 +192,13 @@ def build_study(
         questionnaires[name] = questions
         sheets.append(Sheet(name, tuple(_shown(question, folders) for question in questions)))
     key = StudyKey(questionnaires, ours, scheme, folders.seen_from(batch_dir))
-    BatchWriter(tokens, look, pair_template).write(batch_dir, sheets, key.record())
-    return key
+    notes = BatchWriter(tokens, look, pair_template).write(batch_dir, sheets, key.record())
+    if key.fewest_pairs <= scheme.most_inconsistent:
+        notes.append(
+            f"{key.fewest_pairs} comparisons in a questionnaire: with --most-inconsistent {scheme.most_inconsistent} "
+            "nobody is unreliable, whatever they answer"
+        )
+    return key, notes
 
 
 def _plan(hand: Sequence[Comparison], name: str, tokens: Tokens, rng: np.random.Generator) -> list[PairQuestion]:

@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+import stat
 from collections import Counter
 from pathlib import Path
 
@@ -10,11 +11,11 @@ import numpy as np
 import pytest
 from PIL import Image as Picture
 
-from dataset_tools.batch_files import Look
+from dataset_tools.batch_files import MAX_TEMPLATE, Look
 from dataset_tools.crowd import make_batch
 from dataset_tools.images import padded
 from dataset_tools.items import list_items
-from dataset_tools.pages import batch_template, render
+from dataset_tools.pages import asset, batch_template, render
 from dataset_tools.questionnaire import NONE, Key, Scheme
 from dataset_tools.sentinels import Drawing, SentinelPool
 from ncmodel.errors import InputError, UsageError
@@ -80,9 +81,49 @@ def test_the_template_is_a_fragment_that_mturk_takes(batch: Path) -> None:
     template = (batch / "template.html").read_text().lower()
     for forbidden in ("<form", "<html", "<body", "<!doctype", 'src="http', "src='http", "<link", "@import", "url(http"):
         assert forbidden not in template
-    assert '<input type="radio" name="q01"' in template
+    assert "<input type=radio name=q01" in template
     assert 'type="submit"' in template
-    assert len(batch_template(35, 3, (512, 512), (384, 384)).encode()) <= 64 * 1024, "Turkle's limit"
+
+
+def test_the_paper_scheme_stays_below_turkles_limit_with_a_margin() -> None:
+    assert len(batch_template(35, 3, (512, 512), (384, 384)).encode()) <= MAX_TEMPLATE - 2048
+
+
+def test_a_template_above_turkles_limit_is_noted(data: Path, artists: Path, tmp_path: Path) -> None:
+    needs, look = dict.fromkeys(list_items(data), 3), Look(16, 16)
+    built = make_batch(data, tmp_path / "b", needs, Scheme(real=24, sentinels=12, pool=15), look, artists)
+    assert f"Turkle takes {MAX_TEMPLATE}" not in "".join(built.notes)
+    built = make_batch(data, tmp_path / "c", needs, Scheme(real=24, sentinels=15, pool=15), look, artists)
+    assert f"Turkle takes {MAX_TEMPLATE}" in "".join(built.notes)
+
+
+def test_scripts_and_styles_lose_comments_and_indentation_only() -> None:
+    """The rule drops lines; no comment that it takes for one stands inside a string or goes over several lines."""
+    for name in ("questionnaire.js", "questionnaire.css", "site.js"):
+        for line in asset(name).splitlines():
+            assert line.count("/*") == line.count("*/") <= 1, line
+    page = batch_template(1, 1, (8, 8), (8, 8))
+    assert "Time counts while" not in page
+    assert "/* private mode */" in page
+
+
+def test_the_key_is_private(batch: Path) -> None:
+    assert stat.S_IMODE((batch / "key.json").stat().st_mode) == 0o600
+    assert stat.S_IMODE((batch / "tasks.csv").stat().st_mode) & 0o044
+
+
+def test_who_serves_pictures_elsewhere_is_told_to_keep_the_key(data: Path, artists: Path, tmp_path: Path) -> None:
+    look = Look(16, 16, base_url="https://study.example/pictures")
+    built = make_batch(data, tmp_path / "b", dict.fromkeys(list_items(data), 1), SCHEME, look, artists)
+    assert "and nothing else: key.json tells all answers" in "".join(built.notes)
+
+
+def test_one_shape_has_no_sentinels_and_the_command_says_so(tmp_path: Path) -> None:
+    data = make_data(tmp_path / "data", shapes=1, views=2)
+    built = make_batch(data, tmp_path / "b", dict.fromkeys(list_items(data), 3), Scheme(), Look(16, 16))
+    assert (built.real, built.sentinels) == (2, 0)
+    assert sum("no sentinels" in note for note in built.notes) == 1
+    assert Key.load(tmp_path / "b").settings["scheme"]["sentinels"] == 0
 
 
 def test_templates_refuse_missing_values_and_escape_what_they_get() -> None:

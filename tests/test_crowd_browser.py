@@ -62,17 +62,19 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return data
 
 
-def make(data: Path, folder: Path, look: Look) -> Path:
-    scheme = Scheme(real=5, sentinels=2, pool=5)
-    make_batch(data, folder, dict.fromkeys(list_items(data), 3), scheme, look, data.parent / "artists")
+def make(data: Path, folder: Path, look: Look, real: int = 5, votes: int = 3) -> Path:
+    scheme = Scheme(real=real, sentinels=2, pool=5)
+    make_batch(data, folder, dict.fromkeys(list_items(data), votes), scheme, look, data.parent / "artists")
     return folder
 
 
 @contextmanager
-def served(batch: Path, db: Path) -> Iterator[str]:
+def served(batch: Path, db: Path, *more: str) -> Iterator[str]:
     """The site, started by its command on a free port."""
     command = [sys.executable, "-m", "ncmodel.cli.main", "crowd", "serve", str(batch), "--db", str(db), "--port", "0"]
-    with subprocess.Popen([*command, "--completion-code", "DONE42"], stderr=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        [*command, "--completion-code", "DONE42", *more], stderr=subprocess.PIPE, text=True
+    ) as process:
         assert process.stderr
         found = re.search(r"http://[\d.:]+", process.stderr.readline())
         assert found
@@ -198,6 +200,23 @@ def test_the_page_works_without_scripts(browser: Any, data: Path, tmp_path: Path
     ingest_results(batch, [tmp_path / "votes.sqlite"], tmp_path / "votes.csv")
     assert len(list(read_votes(tmp_path / "votes.csv"))) == 7
     assert len(key.questionnaires) == 5
+
+
+def test_the_next_person_in_the_same_browser_finds_no_answers(browser: Any, data: Path, tmp_path: Path) -> None:
+    """Both get the same questionnaire, so only who they are keeps their answers apart."""
+    batch, problems = make(data, tmp_path / "batch", Look(32, 32), real=8, votes=1), Problems()
+    with served(batch, tmp_path / "votes.sqlite", "--places", "2") as base:
+        context = browser.new_context(**DESKTOP)
+        page = enter(context, base, "anna", problems)
+        page.click(".next")
+        page.keyboard.press("5")
+        await_answers_at_server(context, base, 1)
+        page = enter(context, base, "ben", problems)
+        assert page.inner_text("output") == "0 of 10"
+        assert page.inner_text(".next") == "Start"
+        await_answers_at_server(context, base, 0)
+        context.close()
+    assert problems == []
 
 
 def test_answers_survive_a_server_that_is_away(browser: Any, data: Path, tmp_path: Path) -> None:

@@ -1,9 +1,13 @@
 """The site hands out questionnaires, keeps answers, and gives nothing away."""
 
+import asyncio
 import json
 import re
+import shutil
 import sqlite3
 import stat
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -19,7 +23,7 @@ from dataset_tools.items import list_items
 from dataset_tools.questionnaire import Key, Scheme
 from dataset_tools.rate_limit import RateLimit
 from dataset_tools.site import Limits, Settings
-from dataset_tools.site_guard import MAX_BODY
+from dataset_tools.site_guard import MAX_BODY, Guard
 from dataset_tools.site_server import SiteFiles, make_app, read_consent, read_token, site_parameters
 from dataset_tools.site_store import Policy, Refusal, SiteStore, State
 from dataset_tools.votes import read_votes
@@ -405,3 +409,94 @@ def test_settings_are_checked(tmp_path: Path) -> None:
     (tmp_path / "empty").write_text("\n")
     with pytest.raises(InputError, match="no text"):
         read_consent(tmp_path / "empty")
+
+
+def test_the_next_person_at_a_shared_computer_starts_afresh(site: Starlette, key: Key) -> None:
+    client = begin(site, "anna")
+    first = asked(client, key)
+    assert answer(client, page_secret(client), "q01", "none") == 200
+    assert client.get("/?PROLIFIC_PID=anna").headers["location"] == "/questions"
+    assert client.get("/").headers["location"] == "/questions", "a link without a name goes on"
+    consent = client.get("/?PROLIFIC_PID=ben")
+    assert consent.status_code == 200
+    assert 'name="PROLIFIC_PID" value="ben"' in consent.text
+    assert client.get("/?PROLIFIC_PID=not%20a%20name").status_code == 400
+    assert client.post("/start", data={"PROLIFIC_PID": "ben", "agree": "yes"}).status_code == 303
+    assert asked(client, key) != first
+    assert " checked>" not in client.get("/questions").text
+    entries = site.state.store.entries()
+    assert [(entry.worker, entry.state) for entry in entries] == [("anna", State.ACTIVE), ("ben", State.ACTIVE)]
+    assert len(site.state.store.answers(entries[0].id)) == 1, "what anna answered is kept"
+
+
+def test_after_the_end_the_next_person_starts_afresh(site: Starlette, key: Key) -> None:
+    client = begin(site, "anna")
+    client.post("/finish", data={"nc_secret": page_secret(client), **right_answers(key, asked(client, key))})
+    assert client.get("/?PROLIFIC_PID=anna").headers["location"] == "/done"
+    assert client.get("/?PROLIFIC_PID=ben").status_code == 200
+
+
+def test_wrong_bearer_tokens_are_counted(batch: Path, tmp_path: Path) -> None:
+    """After too many of them not even the right one is looked at; who is logged in isn't locked out."""
+    site = app(batch, tmp_path, Limits(logins=(3, 0.0)))
+    token = (tmp_path / "token").read_text().strip()
+    admin = TestClient(site, base_url="http://localhost")
+    admin.post("/admin/login", data={"token": token})
+
+    def tried(given: str) -> list[int]:
+        heads = {"Authorization": f"Bearer {given}"}
+        return [TestClient(site).get(f"/admin{page}", headers=heads).status_code for page in ("/status.json", "")]
+
+    assert tried(token) == [200, 200]
+    assert tried("wrong" * 6) == [401, 401]
+    assert tried(token) == [429, 429]
+    assert tried("wrong" * 6) == [429, 429]
+    assert TestClient(site).get("/admin/results.csv").status_code == 401
+    assert admin.get("/admin/status.json").status_code == 200
+    site.state.store.close()
+
+
+def test_a_limit_can_be_asked_without_counting() -> None:
+    limit = RateLimit(1, 0.0, Clock())
+    assert [limit.would_allow("a") for _ in range(3)] == [True, True, True]
+    assert limit.allows("a")
+    assert not limit.would_allow("a")
+
+
+def test_slow_bodies_are_cut_off() -> None:
+    """A client that sends a byte now and then doesn't hold a connection for ever."""
+    from starlette.responses import PlainTextResponse
+    from starlette.types import Message
+
+    sent: list[Message] = []
+
+    async def drip() -> Message:
+        await asyncio.sleep(0.02)
+        return {"type": "http.request", "body": b"x", "more_body": True}
+
+    async def send(message: Message) -> None:
+        sent.append(message)
+
+    guard = Guard(PlainTextResponse("never reached"), body_seconds=0.1)
+    scope = {"type": "http", "method": "POST", "headers": [], "path": "/answer", "query_string": b""}
+    asyncio.run(guard(scope, drip, send))
+    assert sent[0]["status"] == 408
+
+
+def test_where_it_listens_as_json(batch: Path, tmp_path: Path) -> None:
+    """A program learns the port, the link and the token's file; a key that others can read is complained of."""
+    copy = tmp_path / "batch"
+    shutil.copytree(batch, copy)
+    (copy / "key.json").chmod(0o644)
+    command = [sys.executable, "-m", "ncmodel.cli.main", "crowd", "serve", str(copy), "--db", str(tmp_path / "db")]
+    with subprocess.Popen([*command, "--port", "0", "--json"], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout
+        lines: list[str] = []
+        while not lines or lines[-1] != "}\n":
+            lines.append(process.stdout.readline())
+        process.terminate()
+    found = json.loads("".join(lines))
+    assert found["participants"] == f"http://127.0.0.1:{found['port']}/?PROLIFIC_PID=...&STUDY_ID=...&SESSION_ID=..."
+    assert found["requester"].endswith("/admin")
+    assert Path(found["token"]).read_text().strip()
+    assert any("chmod 600" in note for note in found["notes"])

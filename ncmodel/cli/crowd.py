@@ -14,6 +14,7 @@ from ncmodel.errors import InputError, UsageError
 
 if TYPE_CHECKING:
     from dataset_tools.batch import Built
+    from dataset_tools.site_server import Addresses
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print a summary as one JSON object.")]
 Seed = Annotated[int, typer.Option(help="Of everything random.")]
@@ -114,15 +115,13 @@ def serve(
     token_file: Annotated[
         Path | None, typer.Option(help="File with the requester's token; DB.token by default.")
     ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print where it listens as one JSON object.")] = False,
 ) -> None:
     """Serve a batch as a web site of its own, for participants of Prolific or anybody with the link."""
-    try:
-        from dataset_tools.site import CONSENT, Settings
-        from dataset_tools.site_server import SiteFiles, read_consent, site_parameters
-        from dataset_tools.site_server import serve as serve_site
-        from dataset_tools.site_store import Policy
-    except ModuleNotFoundError as error:
-        raise UsageError(f"{error.name} is not installed; `pip install neural-contours[site]` brings it") from error
+    from dataset_tools.site import CONSENT, Settings
+    from dataset_tools.site_server import SiteFiles, read_consent, site_parameters
+    from dataset_tools.site_server import serve as serve_site
+    from dataset_tools.site_store import Policy
 
     if abandoned_after <= 0:
         raise UsageError(f"--abandoned-after is {abandoned_after}, expected minutes > 0")
@@ -136,7 +135,15 @@ def serve(
         public_url=public_url.rstrip("/"),
     )
     files = SiteFiles(batch_dir, db, token_file or db.with_name(db.name + ".token"))
-    serve_site(files, settings, Policy(places, 60 * abandoned_after, replace_unreliable), host, port)
+
+    def announce(found: "Addresses") -> None:
+        if as_json:
+            emit(found.record(), as_json)
+            sys.stdout.flush()
+        else:
+            sys.stderr.write(found.text() + "\n")
+
+    serve_site(files, settings, Policy(places, 60 * abandoned_after, replace_unreliable), host, port, announce)
 
 
 def simulate(

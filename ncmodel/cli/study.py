@@ -57,25 +57,17 @@ def build(
     name, folder = _named(ours, "--ours")
     folders = StudyFolders(folder, dict(_named(text, "--against") for text in against), renders)
     scheme = StudyScheme(pairs, answers, most_inconsistent, seed)
-    key = build_study(folders, name, scheme, Look(drawing_side, render_side, base_url, embed), batch_dir)
-    _emit_built(key, batch_dir, as_json)
+    key, notes = build_study(folders, name, scheme, Look(drawing_side, render_side, base_url, embed), batch_dir)
+    _emit_built(key, notes, len(key.comparisons), batch_dir, as_json)
 
 
-def _emit_built(key: "StudyKey", batch_dir: Path, as_json: bool, short: int | None = None) -> None:
-    """Tell what was made; `short` is how many of the comparisons lack answers, where that isn't all."""
-    if key.fewest_pairs <= key.scheme.most_inconsistent:
-        sys.stderr.write(
-            f"note: {key.fewest_pairs} comparisons in a questionnaire: with --most-inconsistent "
-            f"{key.scheme.most_inconsistent} nobody is unreliable, whatever they answer\n"
-        )
-    count = len(key.comparisons)
-    record = {
-        "questionnaires": len(key.questionnaires),
-        "comparisons": count,
-        "short": count if short is None else short,
-    }
+def _emit_built(key: "StudyKey", notes: list[str], short: int, batch_dir: Path, as_json: bool) -> None:
+    """Tell what was made; `short` is how many of the comparisons lack answers."""
+    for note in notes:
+        sys.stderr.write(f"note: {note}\n")
+    record = {"questionnaires": len(key.questionnaires), "comparisons": len(key.comparisons), "short": short}
     text = "{questionnaires} questionnaires, {comparisons} comparisons ({short} of them short of answers), in "
-    emit(record, as_json, text.format(**record) + str(batch_dir))
+    emit({**record, "notes": notes}, as_json, text.format(**record) + str(batch_dir))
 
 
 def _named(text: str, option: str) -> tuple[str, Path]:
@@ -162,5 +154,5 @@ def topup(
         emit({"questionnaires": 0, "comparisons": 0, "short": 0}, as_json, "no comparison is short of answers")
         return
     look, scheme = Look(drawing_side, render_side, base_url, embed), replace(key.scheme, seed=seed)
-    more = build_study(key.folders.under(batch_dir), key.ours, scheme, look, more_dir, found.short)
-    _emit_built(more, more_dir, as_json, len(found.short))
+    more, notes = build_study(key.folders.under(batch_dir), key.ours, scheme, look, more_dir, found.short)
+    _emit_built(more, notes, len(found.short), more_dir, as_json)
