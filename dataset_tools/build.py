@@ -1,37 +1,28 @@
 """From mesh files to views with their candidates: resumable, the same bytes whatever the number of workers."""
 
-import itertools
-import re
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext, suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 
+from dataset_tools.apart import Limits
 from dataset_tools.clean_one import CleanTask, failed
-from dataset_tools.cluster import Outcome, Runner
+from dataset_tools.cluster import Runner
 from dataset_tools.duplicates import Comparison, candidate_pairs, compare, compared_before, decide, to_json
 from dataset_tools.settings import BuildConfig
+from dataset_tools.sources import Source, content_checksum
 from dataset_tools.store import Store, ViewStatus, writing_to
 from dataset_tools.work import ShapeTask, clean_shape, make_views
 from ncmodel.config import read_config, write_config
 from ncmodel.errors import InputError
 from ncmodel.files import write_text
-from ncmodel.geometry.mesh import SUFFIXES
 
 INDEX_SECONDS = 5.0
 """How often `index.csv` is brought up to date during a build."""
-
-
-@dataclass(frozen=True)
-class Source:
-    """A shape and the mesh file that it comes from."""
-
-    name: str
-    path: Path
 
 
 @dataclass(frozen=True)
@@ -69,26 +60,6 @@ def silent(title: str, total: int) -> AbstractContextManager[Advance]:
     return nullcontext(lambda note="": None)
 
 
-def find_sources(mesh_dir: str | Path) -> list[Source]:
-    """The mesh files below a folder, in the order of their paths; a shape is named after its path.
-
-    Raises:
-        InputError: There is none.
-    """
-    root = Path(mesh_dir)
-    paths = sorted(path for path in root.rglob("*") if path.suffix.lower() in SUFFIXES and path.is_file())
-    if not paths:
-        raise InputError(root, "no mesh file" if root.is_dir() else "no such folder", f"files *{' *'.join(SUFFIXES)}")
-    names: dict[str, Path] = {}
-    for path in paths:
-        relative = path.relative_to(root)
-        plain, full = _file_name(str(relative.with_suffix(""))), _file_name(str(relative))
-        numbered = (f"{full}-{number}" for number in itertools.count(2))
-        # Several paths may come down to one name; no shape may take another's place.
-        names[next(name for name in itertools.chain((plain, full), numbered) if name not in names)] = path
-    return [Source(name, path) for name, path in names.items()]
-
-
 def build_dataset(
     sources: Sequence[Source],
     data_dir: str | Path,
@@ -99,7 +70,8 @@ def build_dataset(
 ) -> Summary:
     """Clean the shapes, choose views, draw and select candidates, and write all into a data folder.
 
-    What is there already is kept; what is missing, damaged or pending is made.
+    What is there already is kept; what is missing, damaged or pending is made, and so is what was made from a mesh file
+    with other content.
 
     Args:
         sources: The shapes.
@@ -121,6 +93,7 @@ def build_dataset(
         if config.duplicate_distance > 0:
             _find_duplicates(store, board.shapes, config, runner, progress)
         board.refresh()
+        _drop_outdated(store, list(board.rows.values()))
         made = _make_views(store, sources, config, runner, progress, retry, board)
         board.refresh()
         return Summary(list(board.rows.values()), made, time.monotonic() - begin)
@@ -145,34 +118,37 @@ def folder_status(data_dir: str | Path, verify: bool = False) -> list[ViewStatus
     duplicates = store.duplicates()
     rows = [
         replace(row, seconds=seconds.get((row.shape, row.view)))
-        for shape in sorted({row.shape for row in earlier})
+        for shape in sorted({*store.shapes(), *(row.shape for row in earlier)})
         for row in store.statuses(shape, config.views, duplicates, verify)
     ]
-    if verify:
-        _remember_damage(store, rows)
+    damaged = {row.shape for row in rows if row.status == "damaged"}
+    if verify and damaged:
+        # Neither where nothing can be written nor beside a build; damage is told there all the same.
+        with suppress(InputError), store.locked():
+            _remember_damage(store, [row for shape in damaged for row in store.statuses(shape, config.views, {}, True)])
     return rows
 
 
 def _remember_damage(store: Store, rows: Sequence[ViewStatus]) -> None:
     """Note what only checksums tell, so that the next build makes it again without reading every file."""
     for row in rows:
-        shape, view = store.shape_folder(row.shape), store.view_folder(row.shape, row.view)
         if row.status == "damaged":
-            folder = shape if row.reason.startswith("shape: ") else view
-            store.record_problem(folder, "damaged", row.reason.removeprefix("shape: "))
+            of_shape = row.reason.startswith("shape: ")
+            folder = store.shape_folder(row.shape) if of_shape else store.view_folder(row.shape, row.view)
+            store.record_problem(folder, "damaged", row.reason.removeprefix("shape: "), store.origin(folder))
 
 
 def _settle_config(store: Store, config: BuildConfig) -> None:
     """Keep the settings beside the data; data made with others don't mix with it."""
-    if not store.config_path.exists():
-        with writing_to(store.root):
-            write_text(store.config_path, write_config(config))
-        return
-    earlier = read_config(BuildConfig, store.config_path)
-    for item in fields(BuildConfig):
-        before, now = getattr(earlier, item.name), getattr(config, item.name)
-        if before != now:
-            raise InputError(store.config_path, f"{item.name} is {before}", f"{now}, as asked for; or a new folder")
+    if store.config_path.exists():
+        earlier = read_config(BuildConfig, store.config_path)
+        for name in config.differences(earlier):
+            before, now = getattr(earlier, name), getattr(config, name)
+            raise InputError(store.config_path, f"{name} is {before}", f"{now}, as asked for; or a new folder")
+        if config == earlier:
+            return
+    with writing_to(store.root):
+        write_text(store.config_path, write_config(config))
 
 
 class _Board:
@@ -182,7 +158,7 @@ class _Board:
         self.store, self.views = store, views
         earlier = store.read_index()
         self.seconds = {(row.shape, row.view): row.seconds for row in earlier}
-        self.shapes = sorted({*shapes, *(row.shape for row in earlier)})
+        self.shapes = sorted({*shapes, *store.shapes(), *(row.shape for row in earlier)})
         self.rows: dict[tuple[str, int], ViewStatus] = {}
         self.refresh()
 
@@ -210,18 +186,22 @@ def _clean_shapes(
     store: Store, sources: Sequence[Source], config: BuildConfig, runner: Runner, progress: Progress, retry: bool
 ) -> None:
     tasks = []
-    for source in sources:
-        record = store.shape_record(source.name)
-        if record is None or (retry and record["status"] == "failed"):
-            task = CleanTask(str(source.path), source.name, config.up, config.min_faces, config.clean)
-            tasks.append((str(store.root), task))
+    with progress("read", len(sources)) as advance:
+        for source in sources:
+            record, content = store.shape_record(source.name), content_checksum(source.path)
+            up = config.upward(source.place)
+            current = record is not None and (record.get("sha256"), record.get("up")) == (content, up)
+            if record is None or not current or (retry and record["status"] == "failed"):
+                settings = (config.min_faces, config.clean)
+                tasks.append(CleanTask(str(store.root), str(source.path), content, source.name, up, *settings))
+            advance(source.name)
     if not tasks:
         return
     with progress("clean", len(tasks)) as advance:
-        for outcome in runner.run(clean_shape, tasks):
-            task = outcome.task[1]
+        for outcome in runner.run(clean_shape, tasks, config.limits.clean):
+            task = outcome.task
             if outcome.result is None:
-                store.write_folder(store.shape_folder(task.name), failed(task, outcome.reason))
+                store.write_folder(store.shape_folder(task.name), failed(task, outcome.reason), task.sha256)
             advance(task.name)
 
 
@@ -232,7 +212,8 @@ def _find_duplicates(
     records = {shape: store.shape_record(shape) for shape in shapes}
     moments = {s: np.array(record["invariants"]) for s, record in records.items() if record and "invariants" in record}
     pairs = candidate_pairs(moments)
-    known = compared_before(store.duplicates_path)
+    checksums = {shape: store.mesh_checksum(shape) for pair in pairs for shape in pair}
+    known = compared_before(store.duplicates_path, checksums)
     distances = {pair: known[pair] for pair in pairs if pair in known}
     tasks = []
     for first, second in pairs:
@@ -241,12 +222,22 @@ def _find_duplicates(
             tasks.append(Comparison(first, second, (meshes[0], meshes[1])))
     if tasks:
         with progress("duplicates", len(tasks)) as advance:
-            for outcome in runner.run(compare, tasks):
+            for outcome in runner.run(compare, tasks, config.limits.clean):
                 if outcome.result is not None:
                     distances[outcome.task.first, outcome.task.second] = outcome.result
                 advance(outcome.task.second)
     with writing_to(store.root):
-        write_text(store.duplicates_path, to_json(distances, decide(distances, config.duplicate_distance)))
+        found = decide(distances, config.duplicate_distance)
+        write_text(store.duplicates_path, to_json(distances, found, checksums))
+
+
+def _drop_outdated(store: Store, rows: Sequence[ViewStatus]) -> None:
+    """Remove views whose mesh is another one now, or is gone."""
+    for row in rows:
+        folder = store.view_folder(row.shape, row.view)
+        current = row.status in ("done", "damaged") or store.origin(folder) == store.mesh_checksum(row.shape)
+        if not current and folder.is_dir():
+            store.remove_folder(folder)
 
 
 def _make_views(
@@ -270,26 +261,37 @@ def _make_views(
     if not tasks:
         return made
     with progress("views", sum(len(task.views) for task in tasks)) as advance:
-        for row in _view_outcomes(runner.run(make_views, tasks)):
+        for row in _view_outcomes(runner, tasks):
             if row.status == "done":
                 made += 1
             else:
-                store.remove_folder(store.view_folder(row.shape, row.view))  # a damaged one, if any
-                store.record_problem(store.view_folder(row.shape, row.view), row.status, row.reason)
+                folder = store.view_folder(row.shape, row.view)
+                store.remove_folder(folder)  # a damaged one, if any
+                store.record_problem(folder, row.status, row.reason, store.mesh_checksum(row.shape))
             board.put(row)
             advance(f"{row.shape}_{row.view}")
     return made
 
 
-def _view_outcomes(outcomes: Iterator[Outcome[ShapeTask, list[ViewStatus]]]) -> Iterator[ViewStatus]:
-    """One row a view, also for shapes whose worker died."""
-    for outcome in outcomes:
-        if outcome.result is None:
-            yield from (ViewStatus(outcome.task.name, v, "failed", outcome.reason) for v in outcome.task.views)
-        else:
-            yield from outcome.result
+def _view_outcomes(runner: Runner, tasks: Sequence[ShapeTask]) -> Iterator[ViewStatus]:
+    """One row a view. Of a shape that was lost, each view is tried again alone: only some may be to blame."""
+    again = []
+    for limits, group in _by_size(tasks).items():
+        for outcome in runner.run(make_views, group, limits):
+            task = outcome.task
+            if outcome.result is not None:
+                yield from outcome.result
+            elif len(task.views) > 1:
+                again += [replace(task, views=(view,)) for view in task.views]
+            else:
+                yield ViewStatus(task.name, task.views[0], "failed", outcome.reason)
+    if again:
+        yield from _view_outcomes(runner, again)
 
 
-def _file_name(text: str) -> str:
-    """A text as part of a file name."""
-    return re.sub(r"[^A-Za-z0-9.-]+", "_", text).strip("_.") or "shape"
+def _by_size(tasks: Sequence[ShapeTask]) -> Mapping[Limits, list[ShapeTask]]:
+    """Tasks by what they may take; nearly all of a build make the same number of views."""
+    groups: dict[Limits, list[ShapeTask]] = {}
+    for task in tasks:
+        groups.setdefault(task.config.limits.making(len(task.views)), []).append(task)
+    return groups

@@ -61,24 +61,18 @@ class CleanSettings:
         snap: Borders closer than this are connected.
         remove_hidden: Remove patches of which nothing is seen from outside.
         support: Distance of the vertices put beside hard edges; 0 puts none.
-        seconds: Time limit for one mesh, where meshes are cleaned in a process of their own.
-        memory_gb: Memory limit for one mesh, likewise.
     """
 
     weld: float = 1e-5
     snap: float = 2e-4
     remove_hidden: bool = True
     support: float = 0.004
-    seconds: float = 300.0
-    memory_gb: float = 8.0
 
     def __post_init__(self) -> None:
         if not 0 <= self.weld <= self.snap < 0.1:
             raise ValueError(f"weld is {self.weld} and snap is {self.snap}, expected 0 <= weld <= snap < 0.1")
         if not 0 <= self.support < 0.1:
             raise ValueError(f"support is {self.support}, expected 0 <= support < 0.1")
-        if self.seconds <= 0 or self.memory_gb <= 0:
-            raise ValueError(f"limits are {self.seconds} s and {self.memory_gb} GB, expected positive numbers")
 
 
 @dataclass(frozen=True)

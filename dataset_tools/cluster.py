@@ -1,28 +1,22 @@
-"""Running one function on many tasks: in this process, in a pool of processes, or on a Dask cluster.
+"""Running one function on many tasks: in this process, in processes of this machine, or on a Dask cluster.
 
-All three yield results as they come, in any order, and survive a task that kills its process: that task fails with a
-reason, the others go on.
+All three yield results as they come, in any order. The last two run every task apart, under limits: one that goes over
+them, or kills its process, fails with a reason, the others go on.
 """
 
-import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass
+from queue import Empty, SimpleQueue
 from typing import Any, Generic, Protocol, TypeVar
 
-from dataset_tools.orphans import end_with_parent
+from dataset_tools.apart import Apart, Limits, Lost
 from ncmodel.errors import UsageError
 
 T = TypeVar("T")
 R = TypeVar("R")
-
-AHEAD = 2
-"""Tasks handed to each worker at a time: enough to keep it busy, few to lose when it dies."""
-
-_ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
 @dataclass(frozen=True)
@@ -31,7 +25,7 @@ class Outcome(Generic[T, R]):
 
     Attributes:
         task: The task.
-        result: What the function returned; None when its process died.
+        result: What the function returned; None when it was lost.
         reason: Why there is no result.
     """
 
@@ -43,22 +37,22 @@ class Outcome(Generic[T, R]):
 class Runner(Protocol):
     """Runs a function on tasks."""
 
-    def run(self, function: Callable[[T], R], tasks: Sequence[T]) -> Iterator[Outcome[T, R]]:
+    def run(self, function: Callable[[T], R], tasks: Sequence[T], limits: Limits) -> Iterator[Outcome[T, R]]:
         """Yield the outcomes as they come. Errors that the function raises are raised here and stop the run."""
         ...
 
 
 class HereRunner:
-    """One task after the other in this process."""
+    """One task after the other in this process, without limits."""
 
-    def run(self, function: Callable[[T], R], tasks: Sequence[T]) -> Iterator[Outcome[T, R]]:
+    def run(self, function: Callable[[T], R], tasks: Sequence[T], limits: Limits) -> Iterator[Outcome[T, R]]:
         """See `Runner.run`."""
         for task in tasks:
             yield Outcome(task, function(task))
 
 
 class PoolRunner:
-    """A pool of worker processes on this machine, one thread each.
+    """Worker processes on this machine, one thread each.
 
     Args:
         workers: Number of processes.
@@ -69,51 +63,31 @@ class PoolRunner:
             raise UsageError(f"--workers: found {workers}, expected at least 1")
         self.workers = workers
 
-    def run(self, function: Callable[[T], R], tasks: Sequence[T]) -> Iterator[Outcome[T, R]]:
+    def run(self, function: Callable[[T], R], tasks: Sequence[T], limits: Limits) -> Iterator[Outcome[T, R]]:
         """See `Runner.run`."""
-        waiting = list(reversed(tasks))
-        while waiting:
-            suspects: list[T] = []
-            with self._pool(min(self.workers, len(waiting))) as pool:
-                yield from self._drain(pool, function, waiting, suspects)
-            # A worker that dies takes its pool along. Which task it was is found by running each alone.
-            for task in suspects:
-                with self._pool(1) as pool:
-                    yield _alone(pool, function, task)
+        aparts = [Apart() for _ in range(min(self.workers, len(tasks)))]
+        idle: SimpleQueue[Apart] = SimpleQueue()
+        for apart in aparts:
+            idle.put(apart)
 
-    def _drain(
-        self, pool: ProcessPoolExecutor, function: Callable[[T], R], waiting: list[T], suspects: list[T]
-    ) -> Iterator[Outcome[T, R]]:
-        """Work off `waiting` until it is empty or the pool breaks; tasks it broke with go to `suspects`."""
-        running: dict[Future[R], T] = {}
-        while waiting or running:
-            while waiting and not suspects and len(running) < AHEAD * self.workers:
-                task = waiting.pop()
-                try:
-                    running[pool.submit(function, task)] = task
-                except BrokenProcessPool:
-                    suspects.append(task)
-            if not running:
-                return
-            for future in wait(running, return_when=FIRST_COMPLETED).done:
-                task = running.pop(future)
-                try:
-                    yield Outcome(task, future.result())
-                except BrokenProcessPool:
-                    suspects.append(task)
+        def attempt(task: T) -> Outcome[T, R]:
+            apart = idle.get()
+            try:
+                return _outcome(apart, function, task, limits)
+            finally:
+                idle.put(apart)
 
-    @contextmanager
-    def _pool(self, workers: int) -> Iterator[ProcessPoolExecutor]:
-        # "spawn": threads of numerical libraries don't survive a fork. The workers inherit the environment.
-        kept = {name: os.environ.get(name) for name in _ONE_THREAD}
-        os.environ.update(dict.fromkeys(_ONE_THREAD, "1"))
-        pool = ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), initializer=_start_worker)
+        threads = ThreadPoolExecutor(max(len(aparts), 1))  # they only wait for the processes
         try:
-            yield pool
+            for future in as_completed([threads.submit(attempt, task) for task in tasks]):
+                yield future.result()
         finally:
-            pool.shutdown(wait=True, cancel_futures=True)
-            for name, value in kept.items():
-                os.environ.pop(name) if value is None else os.environ.update({name: value})
+            threads.shutdown(wait=False, cancel_futures=True)
+            for apart in aparts:
+                apart.end()
+            threads.shutdown(wait=True)
+            for apart in aparts:
+                apart.close()
 
 
 class DaskRunner:
@@ -135,17 +109,18 @@ class DaskRunner:
         except (OSError, ValueError, TimeoutError) as error:
             raise UsageError(f"--scheduler: no Dask scheduler answers at {address} ({error})") from error
 
-    def run(self, function: Callable[[T], R], tasks: Sequence[T]) -> Iterator[Outcome[T, R]]:
+    def run(self, function: Callable[[T], R], tasks: Sequence[T], limits: Limits) -> Iterator[Outcome[T, R]]:
         """See `Runner.run`."""
         import distributed
 
-        self.client.run(use_one_thread)
-        futures: dict[Any, T] = {self.client.submit(function, task, pure=False): task for task in tasks}
+        futures: dict[Any, T] = {
+            self.client.submit(_run_in_worker, function, task, limits, pure=False): task for task in tasks
+        }
         try:
             for future in distributed.as_completed(list(futures), loop=self.client.loop):
                 task = futures.pop(future)
                 try:
-                    yield Outcome(task, future.result())
+                    yield future.result()
                 except distributed.KilledWorker as error:
                     yield Outcome(task, None, f"its worker died ({error})")
                 future.release()
@@ -162,7 +137,7 @@ def runner_for(workers: int, scheduler: str | None = None) -> Iterator[Runner]:
     """The runner that fits the options.
 
     Args:
-        workers: Processes on this machine; 0 works in this process.
+        workers: Processes on this machine; 0 works in this process, without limits.
         scheduler: Address of a Dask scheduler; replaces the workers.
 
     Raises:
@@ -178,23 +153,27 @@ def runner_for(workers: int, scheduler: str | None = None) -> Iterator[Runner]:
         runner.close()
 
 
-def use_one_thread() -> None:
-    """Keep the libraries of a worker from starting threads of their own: there is a worker a core."""
-    import cv2
-
-    cv2.setNumThreads(1)
+_idle_in_worker: SimpleQueue[Apart] = SimpleQueue()
+"""Of a Dask worker: one for each of its threads. They end with it."""
 
 
-def _start_worker() -> None:
-    use_one_thread()
-    end_with_parent()
-
-
-def _alone(pool: ProcessPoolExecutor, function: Callable[[T], R], task: T) -> Outcome[T, R]:
+def _run_in_worker(function: Callable[[T], R], task: T, limits: Limits) -> Outcome[T, R]:
+    """Run a task apart from the Dask worker that was given it."""
     try:
-        return Outcome(task, pool.submit(function, task).result())
-    except BrokenProcessPool:
-        return Outcome(task, None, "its process died (out of memory, or a crash in a library)")
+        apart = _idle_in_worker.get_nowait()
+    except Empty:
+        apart = Apart()
+    try:
+        return _outcome(apart, function, task, limits)
+    finally:
+        _idle_in_worker.put(apart)
+
+
+def _outcome(apart: Apart, function: Callable[[T], R], task: T, limits: Limits) -> Outcome[T, R]:
+    try:
+        return Outcome(task, apart.call(function, task, limits))
+    except Lost as error:
+        return Outcome(task, None, str(error))
 
 
 def core_count() -> int:

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from dataset_tools.similarity import surface_distance
+from ncmodel.errors import InputError
 from ncmodel.geometry.mesh import load_mesh
 from ncmodel.types import Floats
 
@@ -57,9 +58,12 @@ def candidate_pairs(invariants: Mapping[str, Floats]) -> list[tuple[str, str]]:
     return sorted((names[min(pair)], names[max(pair)]) for pair in pairs)
 
 
-def compare(comparison: Comparison) -> float:
-    """Distance between two shapes' surfaces."""
-    one, other = (load_mesh(path) for path in comparison.meshes)
+def compare(comparison: Comparison) -> float | None:
+    """Distance between two shapes' surfaces; None where one of them can't be read."""
+    try:
+        one, other = (load_mesh(path) for path in comparison.meshes)
+    except InputError:
+        return None
     return round(surface_distance(one, other), 6)
 
 
@@ -80,19 +84,29 @@ def decide(distances: Mapping[tuple[str, str], float], tolerance: float) -> list
     return list(found.values())
 
 
-def to_json(distances: Mapping[tuple[str, str], float], found: Sequence[Duplicate]) -> str:
-    """What `duplicates.json` holds: the decisions, and all that was compared."""
+def to_json(
+    distances: Mapping[tuple[str, str], float], found: Sequence[Duplicate], checksums: Mapping[str, str]
+) -> str:
+    """What `duplicates.json` holds: the decisions, all that was compared, and the checksums of the meshes compared."""
     record = {
         "duplicates": {one.shape: {"of": one.of, "distance": one.distance} for one in found},
         "compared": [[*pair, distance] for pair, distance in sorted(distances.items())],
+        "meshes": dict(sorted(checksums.items())),
     }
     return json.dumps(record, indent=1) + "\n"
 
 
-def compared_before(path: Path) -> dict[tuple[str, str], float]:
-    """The comparisons that `duplicates.json` holds; none where there is no such file."""
+def compared_before(path: Path, checksums: Mapping[str, str]) -> dict[tuple[str, str], float]:
+    """The comparisons that `duplicates.json` holds, of meshes that are still the same; none without such a file.
+
+    Args:
+        path: The file.
+        checksums: Shape -> checksum of its mesh now.
+    """
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
-        return {(first, second): float(distance) for first, second, distance in record["compared"]}
-    except (OSError, ValueError, KeyError, TypeError):
+        same = {shape for shape, checksum in record["meshes"].items() if checksums.get(shape) == checksum}
+        known = {(first, second): float(distance) for first, second, distance in record["compared"]}
+        return {pair: distance for pair, distance in known.items() if same.issuperset(pair)}
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return {}  # compared again

@@ -2,13 +2,13 @@
 
 A folder of results is written aside and renamed: it appears whole or not at all, whenever the writer dies. What
 exists on disk is the state; `index.csv` only lists it. Beside its files, every folder has a `manifest.json` with
-their sizes and checksums, by which damage is found later.
+their sizes and checksums, by which damage is found later, and the checksum of what the folder was made from (a shape's
+mesh file, a view's mesh): a folder made from something else than what is there now is out of date.
 """
 
 import csv
 import errno
 import fcntl
-import hashlib
 import io
 import json
 import os
@@ -16,17 +16,17 @@ import shutil
 import socket
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from typing import Any, Literal
 
+from dataset_tools.manifest import MANIFEST, damage, manifest_of, read_json, read_manifest
 from ncmodel.errors import InputError
 from ncmodel.files import write_text
 
 Status = Literal["done", "failed", "skipped", "pending", "damaged"]
 
-MANIFEST = "manifest.json"
 _ASIDE = ".tmp"
 _LOCK = ".lock"
 _FULL_DISK = (errno.ENOSPC, errno.EDQUOT)
@@ -100,20 +100,22 @@ class Store:
                 self._sweep()
             yield
 
-    def write_folder(self, target: Path, files: Mapping[str, bytes]) -> None:
+    def write_folder(self, target: Path, files: Mapping[str, bytes], origin: str) -> None:
         """Write a folder of files and its manifest so that it appears whole, in place of what was there.
+
+        Args:
+            target: As `shape_folder` or `view_folder` give it.
+            files: Name -> content.
+            origin: Checksum of what the files were made from.
 
         Raises:
             InputError: The disk is full, or the folder can't be written.
         """
-        manifest = {
-            name: {"bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()} for name, data in files.items()
-        }
         with writing_to(self.root):
             (self.root / _ASIDE).mkdir(parents=True, exist_ok=True)
             aside = Path(tempfile.mkdtemp(dir=self.root / _ASIDE))
             try:
-                for name, data in {**files, MANIFEST: _json_bytes(manifest)}.items():
+                for name, data in {**files, MANIFEST: _json_bytes(manifest_of(files, origin))}.items():
                     (aside / name).parent.mkdir(exist_ok=True)
                     (aside / name).write_bytes(data)
                 _open_to_others(aside)
@@ -122,34 +124,50 @@ class Store:
             finally:
                 shutil.rmtree(aside, ignore_errors=True)
 
-    def record_problem(self, folder: Path, status: Status, reason: str) -> None:
+    def record_problem(self, folder: Path, status: Status, reason: str, origin: str) -> None:
         """Keep the reason why a shape's or a view's folder isn't there, or not as it was, until it is written again.
 
         Args:
             folder: As `shape_folder` or `view_folder` give it.
             status: "failed" or "damaged".
             reason: One line.
+            origin: As for `write_folder`; a problem with something else than what is there now counts no more.
         """
         path = self._problem_path(folder)
         with writing_to(self.root):
             path.parent.mkdir(parents=True, exist_ok=True)
-            write_text(path, json.dumps({"status": status, "reason": reason}) + "\n")
+            write_text(path, json.dumps({"status": status, "reason": reason, "from": origin}) + "\n")
 
     def remove_folder(self, folder: Path) -> None:
         """Remove a folder of results, all of it at once."""
-        if folder.exists():
-            with writing_to(self.root):
-                folder.rename(self.root / _ASIDE / f"{folder.parent.name}-{folder.name}")
-        shutil.rmtree(self.root / _ASIDE / f"{folder.parent.name}-{folder.name}", ignore_errors=True)
+        with writing_to(self.root):
+            _take_away(folder, Path(tempfile.mkdtemp(dir=self.root / _ASIDE)))
+
+    def origin(self, folder: Path) -> str:
+        """Checksum of what a folder was made from; "" where it isn't there or is damaged."""
+        manifest = read_manifest(folder)
+        return str(manifest["from"]) if manifest else ""
+
+    def mesh_checksum(self, shape: str) -> str:
+        """Of a shape's cleaned mesh, which its views are made from; "" where there is none."""
+        manifest = read_manifest(self.shape_folder(shape)) or {"files": {}}
+        return str(manifest["files"].get("mesh.ply", {}).get("sha256", ""))
 
     def shape_record(self, shape: str) -> dict[str, Any] | None:
         """What `clean.json` says of a shape; None when it hasn't been cleaned, or its folder is damaged."""
         folder = self.shape_folder(shape)
-        return None if self._damage(folder, verify=False) else _read_json(folder / "clean.json")
+        return None if self._damage(folder, verify=False) else read_json(folder / "clean.json")
+
+    def shapes(self) -> list[str]:
+        """The shapes that were cleaned, whatever became of them."""
+        try:
+            return sorted(path.name for path in (self.root / "shapes").iterdir() if path.is_dir())
+        except FileNotFoundError:
+            return []
 
     def duplicates(self) -> dict[str, str]:
         """Shape -> the shape that it is a duplicate of."""
-        record = _read_json(self.duplicates_path) or {}
+        record = read_json(self.duplicates_path) or {}
         return {shape: str(found["of"]) for shape, found in record.get("duplicates", {}).items()}
 
     def statuses(
@@ -164,35 +182,38 @@ class Store:
             verify: Compare checksums too; otherwise only names and sizes of files.
         """
         status, reason = self._shape_status(shape, duplicates, verify)
+        mesh = self.mesh_checksum(shape)
         for view in range(views):
             if status != "done":
                 yield ViewStatus(shape, view, status, reason)
             else:
-                yield ViewStatus(shape, view, *self._view_status(shape, view, verify))
+                yield ViewStatus(shape, view, *self._view_status(self.view_folder(shape, view), mesh, verify))
 
     def _shape_status(self, shape: str, duplicates: Mapping[str, str], verify: bool) -> tuple[Status, str]:
         folder = self.shape_folder(shape)
         if not folder.is_dir():
             return "pending", "not cleaned yet"
         found = self._damage(folder, verify)
-        record = _read_json(folder / "clean.json")
+        record = read_json(folder / "clean.json")
         if found or record is None:
             return "damaged", f"shape: {found or 'clean.json is damaged'}"
         if record["status"] == "done" and shape in duplicates:
             return "skipped", f"duplicate of {duplicates[shape]}"
         return record["status"], record["reason"]
 
-    def _view_status(self, shape: str, view: int, verify: bool) -> tuple[Status, str]:
-        folder = self.view_folder(shape, view)
+    def _view_status(self, folder: Path, mesh: str, verify: bool) -> tuple[Status, str]:
+        found = self._damage(folder, verify)
         if folder.is_dir():
-            found = self._damage(folder, verify)
-            return ("damaged", found) if found else ("done", "")
-        problem = _read_json(self._problem_path(folder))
-        return (problem["status"], problem["reason"]) if problem else ("pending", "")
+            if found:
+                return "damaged", found
+            return ("done", "") if self.origin(folder) == mesh else ("pending", "its mesh has changed")
+        problem = read_json(self._problem_path(folder))
+        current = problem is not None and problem.get("from") == mesh
+        return (problem["status"], problem["reason"]) if problem and current else ("pending", "")
 
     def _damage(self, folder: Path, verify: bool) -> str:
         """What is wrong with a folder, by its files or as an earlier look at their checksums found."""
-        problem = _read_json(self._problem_path(folder))
+        problem = read_json(self._problem_path(folder))
         return damage(folder, verify) or (str(problem["reason"]) if problem else "")
 
     def _problem_path(self, folder: Path) -> Path:
@@ -222,36 +243,20 @@ class Store:
             table = csv.DictReader(file)
             if table.fieldnames != names:
                 raise InputError(self.index_path, f"columns {table.fieldnames}", f"columns {names}")
-            return [_index_row(row) for row in table]
+            try:
+                return [_index_row(row) for row in table]
+            except (ValueError, TypeError) as error:
+                raise InputError(
+                    self.index_path, f"line {table.line_num} isn't a view", "the index of a build"
+                ) from error
 
     def _sweep(self) -> None:
         """Remove what a build that was killed left aside."""
-        for leftover in (self.root / _ASIDE).iterdir():
-            shutil.rmtree(leftover, ignore_errors=True)
-        for leftover in self.root.glob(".tmp-*"):
+        for leftover in [path for path in (self.root / _ASIDE).iterdir() if path.is_dir()]:
+            # Whoever still writes into it loses it whole, and can't put half of it in its place.
+            _take_away(leftover, Path(tempfile.mkdtemp(dir=self.root / _ASIDE)))
+        for leftover in (*self.root.glob(".tmp-*"), *self.root.glob("problems/*/.tmp-*")):
             leftover.unlink(missing_ok=True)
-
-
-def damage(folder: Path, verify: bool = False) -> str:
-    """What is wrong with a folder that `Store.write_folder` wrote; "" when it is as it was written.
-
-    Args:
-        folder: The folder.
-        verify: Compare checksums too; otherwise only names and sizes of files.
-    """
-    manifest = _read_json(folder / MANIFEST)
-    if manifest is None:
-        return f"{MANIFEST} is missing or damaged"
-    for name, entry in manifest.items():
-        try:
-            size = (folder / name).stat().st_size
-        except OSError:
-            return f"{name} is missing"
-        if size != entry["bytes"]:
-            return f"{name} has {size} bytes, expected {entry['bytes']}"
-        if verify and hashlib.sha256((folder / name).read_bytes()).hexdigest() != entry["sha256"]:
-            return f"{name} was changed"
-    return ""
 
 
 @contextmanager
@@ -268,12 +273,24 @@ def writing_to(root: Path) -> Iterator[None]:
 
 
 def _replace(aside: Path, target: Path) -> None:
+    """Put a folder in its place, whatever is there and whoever else does the same at the same time."""
     target.parent.mkdir(parents=True, exist_ok=True)
-    if target.exists():
+    while True:
+        try:
+            aside.rename(target)
+            return
+        except OSError as error:
+            if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
+                raise
         # A folder can't be renamed over another one; for a moment neither is there, which reads as pending.
-        target.rename(aside.with_name(aside.name + ".old"))
-    aside.rename(target)
-    shutil.rmtree(aside.with_name(aside.name + ".old"), ignore_errors=True)
+        _take_away(target, Path(tempfile.mkdtemp(dir=aside.parent)))
+
+
+def _take_away(folder: Path, trash: Path) -> None:
+    """Remove a folder, all of it at once: it is renamed into an empty one aside first. It may be gone already."""
+    with suppress(FileNotFoundError):
+        folder.rename(trash)
+    shutil.rmtree(trash, ignore_errors=True)
 
 
 def _open_to_others(folder: Path) -> None:
@@ -285,15 +302,6 @@ def _open_to_others(folder: Path) -> None:
 
 def _json_bytes(record: Any) -> bytes:
     return (json.dumps(record, indent=1) + "\n").encode()
-
-
-def _read_json(path: Path) -> dict[str, Any] | None:
-    """A JSON object, or None when the file is missing or isn't one."""
-    try:
-        record = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
-    return record if isinstance(record, dict) else None
 
 
 def _index_row(row: dict[str, str]) -> ViewStatus:

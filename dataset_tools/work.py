@@ -9,7 +9,7 @@ import numpy as np
 
 from dataset_tools.candidates import draw_candidates
 from dataset_tools.chamfer import chamfer_matrix
-from dataset_tools.clean_one import CleanTask, clean_apart
+from dataset_tools.clean_one import CleanTask, cleaned
 from dataset_tools.encode import npz, png_ink, png_map, png_pixels
 from dataset_tools.renders import shaded_picture
 from dataset_tools.select import select
@@ -35,19 +35,17 @@ class ShapeTask:
     config: BuildConfig
 
 
-def clean_shape(task: tuple[str, CleanTask]) -> str:
-    """Clean one shape into the data folder; returns the reason why it failed, or ""."""
-    root, shape = task
-    store = Store(root)
-    files = clean_apart(shape)
-    store.write_folder(store.shape_folder(shape.name), files)
-    record = json.loads(files["clean.json"])
-    return str(record["reason"]) if record["status"] == "failed" else ""
+def clean_shape(task: CleanTask) -> bool:
+    """Clean one shape into the data folder."""
+    store = Store(task.root)
+    store.write_folder(store.shape_folder(task.name), cleaned(task), task.sha256)
+    return True
 
 
 def make_views(task: ShapeTask) -> list[ViewStatus]:
     """Make views of one shape; what depends on the shape alone is computed once."""
     store = Store(task.root)
+    mesh = store.mesh_checksum(task.name)
     surface: Surface | None = None
     outcomes = []
     for view in task.views:
@@ -56,10 +54,12 @@ def make_views(task: ShapeTask) -> list[ViewStatus]:
             if surface is None:
                 surface = Surface(load_shape(store, task.name))
             files = view_files(surface, view, task.config)
+        except MemoryError:
+            raise  # the limit's; whoever set it says so
         except Exception as error:  # whatever a strange shape makes the numbers do, the others go on
             outcomes.append(ViewStatus(task.name, view, "failed", f"{type(error).__name__}: {error}"))
             continue
-        store.write_folder(store.view_folder(task.name, view), files)
+        store.write_folder(store.view_folder(task.name, view), files, mesh)
         outcomes.append(ViewStatus(task.name, view, "done", "", time.perf_counter() - begin))
     return outcomes
 

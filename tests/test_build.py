@@ -14,12 +14,12 @@ import cv2
 import numpy as np
 import pytest
 
-from dataset_tools.build import Source, Summary, build_dataset, find_sources, folder_status
+from dataset_tools.build import Summary, build_dataset, folder_status
 from dataset_tools.candidates import INK_LEVEL
-from dataset_tools.clean import CleanSettings
 from dataset_tools.cluster import HereRunner, PoolRunner, Runner, runner_for
 from dataset_tools.encode import ply
-from dataset_tools.settings import BuildConfig
+from dataset_tools.settings import BuildConfig, TaskLimits
+from dataset_tools.sources import content_checksum, find_sources, read_up_table
 from dataset_tools.store import Store
 from ncmodel.camera import Camera
 from ncmodel.errors import InputError
@@ -259,6 +259,116 @@ def test_a_folder_of_other_settings_is_not_mixed(copy: Path, meshes: Path) -> No
         build_dataset(find_sources(meshes), copy, replace(CONFIG, views=3), HereRunner())
 
 
+def test_limits_may_differ_between_runs(copy: Path, meshes: Path) -> None:
+    settings = replace(CONFIG, limits=TaskLimits(view_seconds=7.0))
+    assert build_dataset(find_sources(meshes), copy, settings, HereRunner()).made == 0
+    assert "view_seconds = 7.0" in (copy / "config.toml").read_text()
+
+
+def test_a_mesh_file_with_other_content_is_made_again(copy: Path, tmp_path: Path) -> None:
+    folder = make_meshes(tmp_path / "meshes")
+    ball, bumpy = (folder / name for name in ("ball.ply", "odd/bumpy.ply"))
+    swapped = ball.read_bytes(), bumpy.read_bytes()
+    ball.write_bytes(swapped[1])
+    bumpy.write_bytes(swapped[0])
+    assert build(folder, copy).made == 4
+    fresh = tmp_path / "fresh"
+    build(folder, fresh)
+    assert contents(copy) == contents(fresh)
+
+
+def test_a_mesh_file_that_came_to_nothing_leaves_no_old_view(copy: Path, tmp_path: Path) -> None:
+    folder = make_meshes(tmp_path / "meshes")
+    (folder / "ball.ply").write_bytes(b"no mesh")
+    assert build(folder, copy).made == 0
+    assert not (copy / "views" / "ball_0").exists()
+    assert state(copy)["ball", 0] == "failed"
+
+
+def test_a_renamed_mesh_file_is_another_shape(copy: Path, tmp_path: Path) -> None:
+    folder = make_meshes(tmp_path / "meshes")
+    (folder / "cube.ply").rename(folder / "dice.ply")
+    assert build(folder, copy).made == 0
+    assert state(copy)["dice", 0] == "skipped"
+    (folder / "soup.ply").rename(folder / "cube.ply")
+    build(folder, copy)
+    assert state(copy)["cube", 0] == "failed", "another file under an old name"
+
+
+def test_each_file_has_its_own_upward_axis(tmp_path: Path) -> None:
+    ball = dirty.sphere(fineness=2)
+    folder = tmp_path / "meshes"
+    (folder / "cad").mkdir(parents=True)
+    for name, tall in (("cad/part.ply", [1, 1, 2]), ("pot.ply", [1, 2, 1])):
+        (folder / name).write_bytes(ply(Mesh(ball[0] * tall, ball[1])))
+    (tmp_path / "up.csv").write_text("file,up\ncad/*,z\n")
+    config = replace(CONFIG, views=1, up_rules=read_up_table(tmp_path / "up.csv"), duplicate_distance=0.0)
+    build_dataset(find_sources(folder), tmp_path / "data", config, HereRunner())
+    for shape in ("cad_part", "pot"):
+        extent = np.ptp(load_mesh(tmp_path / "data" / "shapes" / shape / "mesh.ply").vertices, axis=0)
+        assert extent == pytest.approx([0.5, 1.0, 0.5]), shape
+    changed = replace(config, up_rules=("*=y",))
+    assert build_dataset(find_sources(folder), tmp_path / "data", changed, HereRunner()).made == 1
+
+
+def test_rules_about_axes() -> None:
+    config = BuildConfig(up="z", up_rules=("a/*=y", "a/b.obj=z"))
+    places = ("a/c.obj", "a/b.obj", "b.obj", "b.glb", "B.GLTF")
+    assert [config.upward(place) for place in places] == ["y", "z", "z", "y", "y"]
+    with pytest.raises(ValueError, match="expected PATTERN=y or PATTERN=z"):
+        BuildConfig(up_rules=("a=x",))
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [("file,axis\na,y\n", "expected columns file, up"), ("file,up\na.obj,x\n", "row 2 has file 'a.obj', up 'x'")],
+)
+def test_a_table_of_axes_that_makes_no_sense_is_bad_input(tmp_path: Path, text: str, complaint: str) -> None:
+    (tmp_path / "up.csv").write_text(text)
+    with pytest.raises(InputError, match=complaint):
+        read_up_table(tmp_path / "up.csv")
+
+
+def test_the_buffers_of_a_gltf_count_as_its_content(tmp_path: Path) -> None:
+    (tmp_path / "a.gltf").write_text(json.dumps({"buffers": [{"uri": "a.bin"}, {"uri": "data:,x"}]}))
+    (tmp_path / "a.bin").write_bytes(b"one")
+    before = content_checksum(tmp_path / "a.gltf")
+    (tmp_path / "a.bin").write_bytes(b"two")
+    assert len({before, content_checksum(tmp_path / "a.gltf"), ""}) == 3
+
+
+def test_damage_is_told_where_nothing_can_be_written_and_beside_a_build(
+    copy: Path, meshes: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    changed = copy / "views/ball_1/candidates.npz"
+    data = bytearray(changed.read_bytes())
+    data[50] ^= 1
+    changed.write_bytes(data)
+
+    def damaged() -> list[str]:
+        return [row.reason for row in folder_status(copy, verify=True) if row.status == "damaged"]
+
+    with Store(copy).locked():
+        assert damaged() == ["candidates.npz was changed"]
+    for path in (copy, *(path for path in copy.rglob("*") if path.is_dir())):
+        path.chmod(0o555)
+    before = {path: path.stat().st_mtime_ns for path in copy.rglob("*")}
+    with monkeypatch.context() as patch:
+        patch.setattr(Store, "locked", forbidden)  # the superuser may write everywhere
+        assert damaged() == ["candidates.npz was changed"]
+    assert {path: path.stat().st_mtime_ns for path in copy.rglob("*")} == before
+    for path in (copy, *(path for path in copy.rglob("*") if path.is_dir())):
+        path.chmod(0o755)
+    assert state(copy)["ball", 1] == "done", "nothing was noted"
+    damaged()
+    assert state(copy)["ball", 1] == "damaged"
+    assert build(meshes, copy).made == 1
+
+
+def forbidden(store: Store) -> None:
+    raise InputError(store.root, "can't be written (Read-only file system)", "a folder to write to")
+
+
 def test_shapes_can_be_added_later(copy: Path, meshes: Path, tmp_path: Path) -> None:
     more = tmp_path / "more"
     more.mkdir()
@@ -270,29 +380,69 @@ def test_shapes_can_be_added_later(copy: Path, meshes: Path, tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("limits", "reason"),
     [
-        (CleanSettings(seconds=0.01), "cleaning took more than 0.01 s"),
-        (CleanSettings(memory_gb=0.3), "cleaning needs more than 0.3 GB of memory"),
+        (TaskLimits(clean_seconds=0.01), "it took more than 0.01 s"),
+        (TaskLimits(memory_gb=0.3), "it needs more than 0.3 GB of memory"),
     ],
     ids=["time", "memory"],
 )
 def test_a_cleaner_over_its_limits_fails_that_shape_alone(
-    meshes: Path, tmp_path: Path, limits: CleanSettings, reason: str
+    meshes: Path, tmp_path: Path, limits: TaskLimits, reason: str
 ) -> None:
-    sources = [Source("ball", meshes / "ball.ply")]
-    summary = build_dataset(sources, tmp_path / "data", replace(CONFIG, clean=limits), HereRunner())
+    sources = [source for source in find_sources(meshes) if source.name == "ball"]
+    summary = build_dataset(sources, tmp_path / "data", replace(CONFIG, limits=limits), PoolRunner(1))
     assert [(row.status, row.reason) for row in summary.rows] == [("failed", reason)] * 2
 
 
-def test_a_cleaner_that_crashes_fails_that_shape_alone(
+def test_a_process_that_crashes_fails_that_shape_alone(
     meshes: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     crash = tmp_path / "crash"
     crash.write_text("#!/bin/sh\necho 'about to crash' >&2\nkill -SEGV $$\n")
     crash.chmod(0o755)
     monkeypatch.setattr("sys.executable", str(crash))
-    sources = [Source("ball", meshes / "ball.ply")]
-    summary = build_dataset(sources, tmp_path / "data", CONFIG, HereRunner())
-    assert {row.reason for row in summary.rows} == {"the cleaner died with signal SIGSEGV (about to crash)"}
+    sources = [source for source in find_sources(meshes) if source.name == "ball"]
+    summary = build_dataset(sources, tmp_path / "data", CONFIG, PoolRunner(1))
+    assert {row.reason for row in summary.rows} == {"its process died with signal SIGSEGV (about to crash)"}
+
+
+@pytest.mark.parametrize(
+    ("trouble", "reason"),
+    [("ctypes.CDLL(None).sleep(1000)", "it took more than 5 s"), ("bytearray(1 << 40)", "it needs more than 8 GB")],
+    ids=["hangs", "explodes"],
+)
+def test_a_view_over_its_limits_fails_alone(
+    trouble: str, reason: str, reference: tuple[Path, Summary], meshes: Path, tmp_path: Path
+) -> None:
+    # Python runs sitecustomize.py at the start of every process, those of the workers too.
+    (tmp_path / "sitecustomize.py").write_text(TROUBLE_WITH_ONE_VIEW.format(trouble=trouble))
+    folder = tmp_path / "data"
+    settings = replace(CONFIG, limits=TaskLimits(view_seconds=5.0))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(tmp_path))
+        build_dataset(find_sources(meshes), folder, settings, PoolRunner(2))
+    wrong = {(row.shape, row.view): row.reason for row in folder_status(folder) if row.status == "failed"}
+    assert wrong.pop(("ball", 1)).startswith(reason)
+    assert {shape for shape, _ in wrong} == {"soup"}
+    assert not (folder / "views" / "ball_1").exists()
+    assert build(meshes, folder, PoolRunner(1), retry=True).made == 1
+    assert contents(folder) == contents(reference[0])
+
+
+TROUBLE_WITH_ONE_VIEW = """
+import ctypes
+import dataset_tools.work as work
+
+plain = work.view_files
+
+
+def strange(surface, number, config):
+    if (surface.mesh.name, number) == ("ball", 1):
+        {trouble}
+    return plain(surface, number, config)
+
+
+work.view_files = strange
+"""
 
 
 def test_shapes_are_named_after_their_paths(tmp_path: Path) -> None:

@@ -5,14 +5,17 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
+from dataset_tools.apart import Limits
 from dataset_tools.cluster import DaskRunner, HereRunner, PoolRunner, Runner, runner_for
 from ncmodel.errors import InputError, UsageError
 from tests.loopback import dask_cluster
+
+LIMITS = Limits(seconds=60.0, memory_gb=8.0)
 
 
 def square(number: int) -> int:
@@ -42,37 +45,66 @@ def runner(request: pytest.FixtureRequest) -> Runner:
 
 
 def test_every_task_gets_its_result(runner: Runner) -> None:
-    outcomes = {outcome.task: outcome.result for outcome in runner.run(square, range(9))}
+    outcomes = {outcome.task: outcome.result for outcome in runner.run(square, range(9), LIMITS)}
     assert outcomes == {number: number * number for number in range(9)}
 
 
 def test_nothing_to_do_is_fine(runner: Runner) -> None:
-    assert list(runner.run(square, [])) == []
+    assert list(runner.run(square, [], LIMITS)) == []
 
 
 def test_an_error_stops_the_run(runner: Runner) -> None:
     with pytest.raises(InputError, match="three: 3; expected another number"):
-        list(runner.run(fail_at_three, range(9)))
+        list(runner.run(fail_at_three, range(9), LIMITS))
 
 
 def test_a_task_that_kills_its_worker_fails_alone() -> None:
-    outcomes = {outcome.task: outcome for outcome in PoolRunner(2).run(die_at_three, range(9))}
+    outcomes = {outcome.task: outcome for outcome in PoolRunner(2).run(die_at_three, range(9), LIMITS)}
     assert sorted(outcomes) == list(range(9))
     assert outcomes[3].result is None
-    assert "its process died" in outcomes[3].reason
+    assert outcomes[3].reason == "its process died with signal SIGKILL (no message)"
     assert [outcomes[n].result for n in range(9) if n != 3] == [n for n in range(9) if n != 3]
 
 
+def too_long_at_three(number: int) -> int:
+    if number == 3:
+        time.sleep(100)
+    return number
+
+
+def too_large_at_three(number: int) -> int:
+    return len(bytearray(1 << 40)) if number == 3 else number
+
+
+@pytest.mark.parametrize(
+    ("function", "reason"),
+    [(too_long_at_three, "it took more than 2 s"), (too_large_at_three, "it needs more than 8 GB of memory")],
+)
+def test_a_task_over_its_limits_fails_alone(function: Callable[[int], int], reason: str) -> None:
+    limits = Limits(seconds=2.0, memory_gb=8.0)
+    outcomes = {outcome.task: outcome for outcome in PoolRunner(2).run(function, range(6), limits)}
+    assert (outcomes[3].result, outcomes[3].reason) == (None, reason)
+    assert [outcomes[n].result for n in range(6) if n != 3] == [n for n in range(6) if n != 3]
+
+
+def test_a_run_that_is_given_up_leaves_no_process() -> None:
+    outcomes = PoolRunner(2).run(process_id, range(50), LIMITS)
+    worker = next(outcomes).result
+    outcomes.close()  # type: ignore[attr-defined]
+    assert not Path(f"/proc/{worker}").exists()
+
+
 def test_the_workers_are_processes() -> None:
-    used = {outcome.result for outcome in PoolRunner(2).run(process_id, range(6))}
+    used = {outcome.result for outcome in PoolRunner(2).run(process_id, range(6), LIMITS)}
     assert len(used) == 2
     assert os.getpid() not in used
 
 
 def test_workers_end_when_their_parent_is_killed(tmp_path: Path) -> None:
     code = (
-        "import sys\nfrom tests.test_cluster import note_and_wait\nfrom dataset_tools.cluster import PoolRunner\n"
-        "if __name__ == '__main__': list(PoolRunner(1).run(note_and_wait, [sys.argv[1]]))\n"
+        "import sys\nfrom tests.test_cluster import LIMITS, note_and_wait\n"
+        "from dataset_tools.cluster import PoolRunner\n"
+        "if __name__ == '__main__': list(PoolRunner(1).run(note_and_wait, [sys.argv[1]], LIMITS))\n"
     )
     (tmp_path / "parent.py").write_text(code)
     note = tmp_path / "worker"
@@ -118,12 +150,22 @@ def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 def test_a_dask_cluster_does_the_same(scheduler: str) -> None:
     with runner_for(2, scheduler) as runner:
-        outcomes = {outcome.task: outcome.result for outcome in runner.run(square, range(9))}
-        used = {outcome.result for outcome in runner.run(process_id, range(8))}
+        outcomes = {outcome.task: outcome.result for outcome in runner.run(square, range(9), LIMITS)}
+        used = {outcome.result for outcome in runner.run(process_id, range(8), LIMITS)}
     assert outcomes == {number: number * number for number in range(9)}
     assert len(used) == 2
 
 
+def test_limits_hold_on_the_cluster_too(scheduler: str) -> None:
+    with runner_for(2, scheduler) as runner:
+        outcomes = {outcome.task: outcome for outcome in runner.run(too_long_at_three, range(6), Limits(2.0, 8.0))}
+        dead = {outcome.task: outcome.reason for outcome in runner.run(die_at_three, range(6), LIMITS)}
+    assert (outcomes[3].result, outcomes[3].reason) == (None, "it took more than 2 s")
+    assert [outcomes[n].result for n in range(6) if n != 3] == [n for n in range(6) if n != 3]
+    assert dead.pop(3) == "its process died with signal SIGKILL (no message)"
+    assert set(dead.values()) == {""}
+
+
 def test_an_error_on_the_cluster_stops_the_run(scheduler: str) -> None:
     with runner_for(2, scheduler) as runner, pytest.raises(InputError, match="three: 3; expected another number"):
-        list(runner.run(fail_at_three, range(9)))
+        list(runner.run(fail_at_three, range(9), LIMITS))

@@ -5,12 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dataset_tools.build import build_dataset, find_sources
+from dataset_tools.build import build_dataset
 from dataset_tools.cluster import HereRunner
 from dataset_tools.duplicates import candidate_pairs, compared_before, decide, to_json
 from dataset_tools.encode import ply
 from dataset_tools.settings import BuildConfig
 from dataset_tools.similarity import invariants, surface_distance
+from dataset_tools.sources import find_sources
 from ncmodel.types import Floats, Mesh
 from tests import dirty
 
@@ -86,11 +87,13 @@ def test_the_first_name_is_kept_and_chains_do_not_spread() -> None:
 
 def test_comparisons_read_back(tmp_path: Path) -> None:
     path, distances = tmp_path / "duplicates.json", {("a", "b"): 0.25, ("a", "c"): 0.001}
-    assert compared_before(path) == {}
-    path.write_text(to_json(distances, decide(distances, TOLERANCE)))
-    assert compared_before(path) == distances
+    meshes = {"a": "1", "b": "2", "c": "3"}
+    assert compared_before(path, meshes) == {}
+    path.write_text(to_json(distances, decide(distances, TOLERANCE), meshes))
+    assert compared_before(path, meshes) == distances
+    assert compared_before(path, {**meshes, "c": "4"}) == {("a", "b"): 0.25}, "another mesh under the name"
     path.write_text("{")
-    assert compared_before(path) == {}
+    assert compared_before(path, meshes) == {}
 
 
 def test_a_build_leaves_duplicates_out_and_says_of_what(tmp_path: Path) -> None:

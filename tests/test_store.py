@@ -1,6 +1,7 @@
 """The data folder: whole folders or none, damage found, one build at a time."""
 
 import errno
+import hashlib
 import json
 import multiprocessing
 import os
@@ -8,10 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from dataset_tools.store import Store, ViewStatus, damage, writing_to
+from dataset_tools.manifest import damage, file_checksum
+from dataset_tools.store import Store, ViewStatus, writing_to
 from ncmodel.errors import InputError
 
 FILES = {"a.txt": b"first", "drawings/0.png": b"second"}
+MESH = hashlib.sha256(b"mesh").hexdigest()
 
 
 @pytest.fixture
@@ -24,7 +27,7 @@ def store(tmp_path: Path) -> Store:
 
 def write_shape(store: Store, name: str, status: str = "done", reason: str = "") -> None:
     record = json.dumps({"status": status, "reason": reason}).encode()
-    store.write_folder(store.shape_folder(name), {"clean.json": record})
+    store.write_folder(store.shape_folder(name), {"clean.json": record, "mesh.ply": b"mesh"}, "source")
 
 
 def states(store: Store, shape: str, views: int = 1) -> list[tuple[str, str]]:
@@ -33,7 +36,7 @@ def states(store: Store, shape: str, views: int = 1) -> list[tuple[str, str]]:
 
 def test_a_folder_is_written_with_its_manifest(store: Store) -> None:
     target = store.view_folder("cow", 1)
-    store.write_folder(target, FILES)
+    store.write_folder(target, FILES, "m")
     assert target.name == "cow_1"
     assert {
         str(p.relative_to(target)): p.read_bytes() for p in target.rglob("*.*") if p.name != "manifest.json"
@@ -44,8 +47,8 @@ def test_a_folder_is_written_with_its_manifest(store: Store) -> None:
 
 def test_a_folder_replaces_the_one_before(store: Store) -> None:
     target = store.view_folder("cow", 0)
-    store.write_folder(target, {"old.txt": b"x"})
-    store.write_folder(target, FILES)
+    store.write_folder(target, {"old.txt": b"x"}, "m")
+    store.write_folder(target, FILES, "m")
     assert not (target / "old.txt").exists()
     assert damage(target, verify=True) == ""
     assert not list((store.root / ".tmp").iterdir())
@@ -61,7 +64,7 @@ def test_a_folder_that_could_not_be_written_leaves_nothing(store: Store, monkeyp
 
     monkeypatch.setattr(Path, "write_bytes", fill_the_disk)
     with pytest.raises(InputError, match="the disk is full"):
-        store.write_folder(store.view_folder("cow", 0), FILES)
+        store.write_folder(store.view_folder("cow", 0), FILES, MESH)
     assert not store.view_folder("cow", 0).exists()
     assert not list((store.root / ".tmp").iterdir())
 
@@ -100,7 +103,7 @@ def test_damage_is_found(
 ) -> None:
     write_shape(store, "cow")
     folder = store.view_folder("cow", 0)
-    store.write_folder(folder, FILES)
+    store.write_folder(folder, FILES, "m")
     (folder / name).unlink() if content is None else (folder / name).write_bytes(content)
     assert damage(folder, verify=True) == reason
     assert bool(damage(folder)) == found_without_checksums
@@ -112,27 +115,27 @@ def test_the_state_is_what_lies_on_disk(store: Store) -> None:
     assert states(store, "cow") == [("pending", "not cleaned yet")]
     write_shape(store, "cow")
     assert states(store, "cow", 2) == [("pending", ""), ("pending", "")]
-    store.write_folder(store.view_folder("cow", 1), FILES)
-    store.record_problem(store.view_folder("cow", 0), "failed", "too strange")
+    store.write_folder(store.view_folder("cow", 1), FILES, MESH)
+    store.record_problem(store.view_folder("cow", 0), "failed", "too strange", MESH)
     assert states(store, "cow", 2) == [("failed", "too strange"), ("done", "")]
-    store.write_folder(store.view_folder("cow", 0), FILES)
+    store.write_folder(store.view_folder("cow", 0), FILES, MESH)
     assert states(store, "cow", 2) == [("done", ""), ("done", "")]
 
 
 def test_noted_damage_counts_until_the_folder_is_written_again(store: Store) -> None:
     write_shape(store, "cow")
-    store.write_folder(store.view_folder("cow", 0), FILES)
-    store.record_problem(store.view_folder("cow", 0), "damaged", "a.txt was changed")
+    store.write_folder(store.view_folder("cow", 0), FILES, MESH)
+    store.record_problem(store.view_folder("cow", 0), "damaged", "a.txt was changed", MESH)
     assert states(store, "cow") == [("damaged", "a.txt was changed")]
-    store.write_folder(store.view_folder("cow", 0), FILES)
+    store.write_folder(store.view_folder("cow", 0), FILES, MESH)
     assert states(store, "cow") == [("done", "")]
-    store.record_problem(store.shape_folder("cow"), "damaged", "mesh.ply was changed")
+    store.record_problem(store.shape_folder("cow"), "damaged", "mesh.ply was changed", "source")
     assert states(store, "cow") == [("damaged", "shape: mesh.ply was changed")]
     assert store.shape_record("cow") is None
 
 
 def test_a_folder_is_removed_as_a_whole(store: Store) -> None:
-    store.write_folder(store.view_folder("cow", 0), FILES)
+    store.write_folder(store.view_folder("cow", 0), FILES, MESH)
     store.remove_folder(store.view_folder("cow", 0))
     store.remove_folder(store.view_folder("cow", 0))
     assert not store.view_folder("cow", 0).exists()
@@ -176,6 +179,75 @@ def test_leftovers_of_a_killed_build_are_swept_away(store: Store) -> None:
     with store.locked():
         assert not list((store.root / ".tmp").iterdir())
         assert not (store.root / ".tmp-index.csv").exists()
+
+
+def write_often(root: Path, times: int, content: bytes) -> None:
+    store = Store(root)
+    for _ in range(times):
+        store.write_folder(store.view_folder("cow", 0), {"a.txt": content, "b.txt": content}, "m")
+
+
+def test_processes_that_finish_the_same_folder_at_the_same_time_do_not_fail(store: Store) -> None:
+    context = multiprocessing.get_context("spawn")
+    others = [context.Process(target=write_often, args=(store.root, 150, content)) for content in (b"one", b"three")]
+    for other in others:
+        other.start()
+    for other in others:
+        other.join()
+    assert [other.exitcode for other in others] == [0, 0]
+    assert damage(store.view_folder("cow", 0), verify=True) == ""
+    assert not list((store.root / ".tmp").iterdir())
+
+
+def test_whoever_lost_its_folder_to_a_sweep_puts_no_half_of_it_in_place(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written = Path.write_bytes
+
+    def swept_after_the_first(path: Path, data: bytes) -> int:
+        count = written(path, data)
+        if path.name == "a.txt":
+            with store.locked():
+                pass
+        return count
+
+    monkeypatch.setattr(Path, "write_bytes", swept_after_the_first)
+    with pytest.raises(FileNotFoundError):
+        store.write_folder(store.view_folder("cow", 0), FILES, "m")
+    assert not store.view_folder("cow", 0).exists()
+
+
+def test_a_folder_replaced_while_it_is_verified_is_not_taken_for_damaged(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = store.view_folder("cow", 0)
+    store.write_folder(target, FILES, "m")
+    replaced: list[bool] = []
+
+    def replace_first(path: Path) -> str:
+        if not replaced:
+            replaced.append(True)
+            store.write_folder(target, {"a.txt": b"FIRST", "drawings/0.png": b"SECOND"}, "m")
+        return file_checksum(path)
+
+    monkeypatch.setattr("dataset_tools.manifest.file_checksum", replace_first)
+    assert damage(target, verify=True) == ""
+
+
+@pytest.mark.parametrize(
+    "manifest", ["{}", '{"from": "m", "files": {}}', '{"from": "m", "files": {"a.txt": 5}}', "[1]"]
+)
+def test_a_manifest_that_is_none_is_damage(store: Store, manifest: str) -> None:
+    store.write_folder(store.view_folder("cow", 0), FILES, "m")
+    (store.view_folder("cow", 0) / "manifest.json").write_text(manifest)
+    assert damage(store.view_folder("cow", 0)) == "manifest.json is missing or damaged"
+
+
+def test_a_view_of_another_mesh_is_out_of_date(store: Store) -> None:
+    write_shape(store, "cow")
+    store.write_folder(store.view_folder("cow", 0), FILES, "another mesh")
+    store.record_problem(store.view_folder("cow", 1), "failed", "too strange", "another mesh")
+    assert states(store, "cow", 2) == [("pending", "its mesh has changed"), ("pending", "")]
 
 
 def hold(root: Path, held: "multiprocessing.synchronize.Event") -> None:

@@ -29,6 +29,7 @@ def build(
     size: Annotated[str | None, typer.Option(help="Pixels, N or WxH.  [default: 768]")] = None,
     seed: Annotated[int | None, typer.Option(help="Of azimuths and selection.  [default: 0]")] = None,
     up: Up = None,
+    up_table: Annotated[Path | None, typer.Option(help="Axes of single files: a CSV with columns file, up.")] = None,
     min_faces: Annotated[int | None, typer.Option(help="Skip shapes with fewer faces.  [default: 2000]")] = None,
     workers: Annotated[int | None, typer.Option(help="Processes.  [default: one a core]")] = None,
     scheduler: Annotated[str | None, typer.Option(help="Dask scheduler, tcp://HOST:PORT, instead of workers.")] = None,
@@ -36,13 +37,15 @@ def build(
     as_json: Json = False,
 ) -> None:
     """Clean every mesh, choose views, draw 264 candidates, select 8; goes on where it was stopped."""
-    from dataset_tools.build import build_dataset, find_sources
+    from dataset_tools.build import build_dataset
     from dataset_tools.cluster import core_count, runner_for
     from dataset_tools.report import summary_record, summary_text
+    from dataset_tools.sources import find_sources, read_up_table
 
     width, height = parse_size(size) if size else (None, None)
     chosen = {"views": views, "width": width, "height": height, "seed": seed, "up": up, "min_faces": min_faces}
-    settings = _settings(config, data_dir / "config.toml", chosen)
+    rules = read_up_table(up_table) if up_table else None
+    settings = _settings(config, data_dir / "config.toml", {**chosen, "up_rules": rules})
     sources = find_sources(mesh_dir)
     with runner_for(core_count() if workers is None else workers, scheduler) as runner:
         summary = build_dataset(sources, data_dir, settings, runner, progress, retry)
