@@ -186,8 +186,9 @@ def _surface(shape: "Mesh | Surface | str | Path", up: str) -> "Surface":
     if isinstance(shape, Mesh):
         return Surface(shape)
     from ncmodel.geometry.mesh import load_mesh
+    from ncmodel.geometry.seams import sewn
 
     trace = Trace()
     with timed(trace, "load"):
         mesh = load_mesh(shape, up)
-    return Surface(mesh, trace)
+    return sewn(Surface(mesh, trace))

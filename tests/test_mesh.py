@@ -144,6 +144,30 @@ def test_polygons_in_every_text_format(tmp_path: Path) -> None:
         assert load_mesh(tmp_path / name).faces.tolist() == expected, name
 
 
+STRIP_HEADER = (
+    "ply\nformat {format} 1.0\nelement vertex 7\nproperty float x\nproperty float y\nproperty float z\n"
+    "element tristrips 2\nproperty list int int vertex_indices\nend_header\n"
+)
+
+
+@pytest.mark.parametrize("binary", [False, True])
+def test_triangle_strips(tmp_path: Path, binary: bool) -> None:
+    """Every other triangle of a strip is turned, -1 starts anew, corners that occur twice make no triangle."""
+    vertices = np.array([[0, 0, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0], [2, 0, 0], [2, 1, 0], [3, 3, 1]], dtype=np.float64)
+    strips = [[0, 2, 1, 3, -1, 2, 4, 3, 5], [2, 4, 4, 6, 5]]
+    if binary:
+        body = vertices.astype("<f4").tobytes()
+        body += b"".join(struct.pack(f"<{len(s) + 1}i", len(s), *s) for s in strips)
+    else:
+        lines = [" ".join(map(str, row)) for row in vertices.tolist() + [[len(s), *s] for s in strips]]
+        body = "\n".join(lines).encode()
+    name = "binary_little_endian" if binary else "ascii"
+    (tmp_path / "strips.ply").write_bytes(STRIP_HEADER.format(format=name).encode() + body)
+    mesh = load_mesh(tmp_path / "strips.ply")
+    assert mesh.faces.tolist() == [[0, 2, 1], [1, 2, 3], [2, 4, 3], [3, 4, 5], [4, 6, 5]]
+    assert mesh.notes == ()
+
+
 def test_concave_polygons_keep_their_area() -> None:
     """A comb of 26 corners in a tilted plane, where a fan would cover what the polygon doesn't."""
     teeth = 6
@@ -262,6 +286,10 @@ BAD_FILES = {
     ),
     "truncated.ply": (as_binary_ply(*tetrahedron())[:-3], "the data end after"),
     "cut.ply": (as_ply(*tetrahedron())[:-2], "the data end after"),
+    "strips.ply": (
+        STRIP_HEADER.format(format="ascii").encode() + b"0 0 0 " * 7 + b"3 0 1 7 3 0 1 2",
+        "faces use vertices 0..7, the mesh has 7",
+    ),
     "letters.ply": (as_ply(*tetrahedron()).replace(b"2 0 0", b"2 x 0"), "isn't a number"),
     "empty.stl": (b"", "neither a text STL nor a binary one"),
     "noise.stl": (bytes(range(256)), "neither a text STL nor a binary one"),

@@ -174,14 +174,22 @@ def weld(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
         ordered = vertices[order]
     opens = np.ones(len(order), dtype=bool)
     opens[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
-    group = np.cumsum(opens) - 1
     first = np.minimum.reduceat(order, np.flatnonzero(opens))
-    rank = np.empty(len(first), dtype=np.int64)
-    kept = np.argsort(first)
-    rank[kept] = np.arange(len(first))
-    renumbered = np.empty(len(order), dtype=np.int64)
-    renumbered[order] = rank[group]
-    return vertices[first[kept]], renumbered[faces]
+    same = np.empty(len(order), dtype=np.int64)
+    same[order] = first[np.cumsum(opens) - 1]
+    return merged(vertices, faces, same)
+
+
+def merged(vertices: Floats, faces: Ints, same: Ints) -> tuple[Floats, Ints]:
+    """Vertices merged with others; those that are left keep their order.
+
+    Args:
+        vertices: (V, 3).
+        faces: (F, 3).
+        same: (V,) for each vertex the first one of those that it is merged with, itself if it is that.
+    """
+    kept = same == np.arange(len(same))
+    return vertices[kept], (np.cumsum(kept) - 1)[same][faces]
 
 
 def _without_cracks(mesh: Mesh, stored: int) -> Mesh:
@@ -192,11 +200,9 @@ def _without_cracks(mesh: Mesh, stored: int) -> Mesh:
         stored: How many vertices its file holds.
     """
     _, first, group = np.unique(weld_points(mesh.vertices), return_index=True, return_inverse=True)
-    kept = np.argsort(first)
-    rank = np.empty(len(first), dtype=np.int64)
-    rank[kept] = np.arange(len(first))
+    vertices, faces = merged(mesh.vertices, mesh.faces, first[group])
     note = (f"welded {stored} vertices to {len(first)} at equal positions",) if len(first) < stored else ()
-    return Mesh(mesh.vertices[first[kept]], rank[group][mesh.faces], mesh.name, (*mesh.notes, *note))
+    return Mesh(vertices, faces, mesh.name, (*mesh.notes, *note))
 
 
 def _mixed(vertices: Floats) -> NDArray[np.uint64]:

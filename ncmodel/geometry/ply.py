@@ -1,4 +1,4 @@
-"""PLY, text and binary: positions and polygons; other elements and properties are passed over."""
+"""PLY, text and binary: positions, polygons and triangle strips; other elements and properties are passed over."""
 
 import re
 from dataclasses import dataclass
@@ -48,17 +48,39 @@ def read_ply(data: bytes) -> tuple[Floats, Ints]:
     order, elements = _parse_header(header.group(1).decode("latin-1"))
     body = data[header.end() :]
     reader = _Text(numbers(body)) if order == "" else _Binary(body, order)
-    vertices, corners, sizes = np.zeros((0, 3)), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+    vertices, strips = np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
+    corners, sizes = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
     for element in elements:
         columns = reader.read(element)
         if element.name == "vertex":
             if not all(axis in columns for axis in "xyz"):
                 raise ValueError("vertices without x, y and z")
             vertices = np.stack([columns[axis][0] for axis in "xyz"], axis=1).astype(np.float64)
-        for name in _CORNERS if element.name == "face" else ():
-            if name in columns:
+        for name in _CORNERS:
+            if name in columns and element.name == "face":
                 corners, sizes = (column.astype(np.int64) for column in columns[name])
-    return vertices, triangulate(vertices, corners, sizes)
+            elif name in columns and element.name == "tristrips":
+                strips = _strips(*(column.astype(np.int64) for column in columns[name]))
+    faces = triangulate(vertices, corners, sizes)
+    if len(strips):
+        faces = np.concatenate([faces, triangulate(vertices, strips.ravel(), np.full(len(strips), 3))])
+    return vertices, faces
+
+
+def _strips(corners: Ints, sizes: Ints) -> Ints:
+    """(F, 3) the triangles of strips: three corners in a row, every other one turned; -1 starts a new strip.
+
+    Triangles with a corner twice, by which strips turn round a corner, are left out.
+    """
+    # A break after each list, so that triangles across a break are told by the -1 in them.
+    corners = np.insert(corners, np.cumsum(sizes), -1)
+    starts = np.flatnonzero(np.concatenate([[-1], corners]) == -1)
+    place = np.arange(len(corners)) - np.repeat(starts, np.diff(np.append(starts, len(corners))))
+    faces = np.stack([corners[:-2], corners[1:-1], corners[2:]], axis=1)
+    turned = place[:-2] % 2 == 1
+    faces[turned] = faces[turned][:, [1, 0, 2]]
+    i, j, k = faces.T
+    return np.asarray(faces[(faces != -1).all(axis=1) & (i != j) & (j != k) & (k != i)])
 
 
 def _parse_header(text: str) -> tuple[str, list[_Element]]:
