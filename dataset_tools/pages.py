@@ -90,8 +90,8 @@ BEST_DRAWING = Wording(
     ),
     question="Which drawing best conveys the shape, and would others most likely choose too?",
     keys="1 to 8 choose a drawing, 0 chooses none",
-    closing="We record your answers and how long each takes, nothing about you. You can go back and change answers, "
-    "and you may close the page and return to it on the same device.",
+    closing="We record your answers, how long each takes and your participant number, nothing else about you. "
+    "You can go back and change answers, and you may close the page and return to it on the same device.",
     thanks="You can still go back and change answers. Otherwise please send them now.",
 )
 

@@ -82,7 +82,7 @@ def write_study_report(found: StudyResult, ours: str, path: Path) -> None:
         Section(f"{ours} against {rival}", _against(ours, rival, counts)) for rival, counts in found.counts.items()
     ]
     rows = [(one.case, one.rival, Cell(str(lacking), lacking)) for one, lacking in found.short.items()]
-    caption = "Ask again about these: `ncontours crowd study topup`." if rows else "None."
+    caption = "Ask again about these, with ncontours crowd study topup." if rows else "None."
     sections.append(Section("Short of answers", [Table(["case", "rival", "lacks"], rows, caption)]))
     write_report(path, "Which drawing conveys the shape better?", sections, f"{ours} beside other methods' drawings.")
 

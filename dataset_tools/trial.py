@@ -51,7 +51,8 @@ class RuleResult:
     Attributes:
         rule: Which.
         kept: Share of the items that it accepts.
-        right: Share of these whose accepted drawing is the crowd's.
+        right: Share of these whose accepted drawing is the one that the crowd as a whole prefers.
+        pairs_right: Share of their ranking pairs in which the crowd prefers the better drawing to the other.
         votes: Votes that count.
         wrongly_excluded: Honest participants whose answers don't count.
         wrongly_kept: Others whose answers do.
@@ -60,6 +61,7 @@ class RuleResult:
     rule: str
     kept: float
     right: float
+    pairs_right: float
     votes: int
     wrongly_excluded: int
     wrongly_kept: int
@@ -100,9 +102,10 @@ class World:
         found: Floats = self._distances[item]
         return found
 
-    def best(self, item: Item) -> int:
-        """The drawing that the crowd as a whole prefers."""
-        return int(np.argmin(np.log(self._distances[item] + 1e-6).mean(axis=0)))
+    def rank(self, item: Item, index: int) -> int:
+        """How many of an item's drawings the crowd as a whole likes as well as a drawing or better, without itself."""
+        far = np.log(self._distances[item] + 1e-6).mean(axis=0)
+        return int((far <= far[index]).sum()) - 1
 
 
 def _questionnaire(
@@ -212,11 +215,13 @@ def _judge(
 ) -> RuleResult:
     found = aggregate(votes, rules)
     accepted = [verdict for verdict in found.verdicts if verdict.best is not None]
-    right = sum(verdict.best == world.best(verdict.item) for verdict in accepted)
+    ranks = [world.rank(verdict.item, verdict.best) for verdict in accepted if verdict.best is not None]
+    count = max(1, len(accepted))
     return RuleResult(
         rule=name,
         kept=len(accepted) / len(world.items),
-        right=right / max(1, len(accepted)),
+        right=ranks.count(0) / count,
+        pairs_right=1 - sum(ranks) / ((DRAWINGS - 1) * count),
         votes=sum(verdict.total for verdict in found.verdicts),
         wrongly_excluded=sum(not person.reliable and kind_of(worker) in HONEST for worker, person in people.items()),
         wrongly_kept=sum(person.reliable and kind_of(worker) not in HONEST for worker, person in people.items()),

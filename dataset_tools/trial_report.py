@@ -7,7 +7,9 @@ from dataset_tools.trial import HONEST, Trial
 from ncmodel.report import Cell, Section, Table, Text, write_report
 
 KIND_COLUMNS = ("kind", "participants", "excluded by the paper's rule", "excluded when strict", "should be excluded")
-RULE_COLUMNS = ("rule", "items kept", "of these right", "votes that count", "wrongly excluded", "wrongly kept")
+RULE_COLUMNS = (
+    "rule", "items kept", "of these right", "pairs right", "votes that count", "wrongly excluded", "wrongly kept",
+)  # fmt: skip
 
 
 def _kind_rows(found: Trial) -> list[Sequence[Cell | str]]:
@@ -29,6 +31,7 @@ def _rule_rows(found: Trial) -> list[Sequence[Cell | str]]:
             rule.rule,
             Cell(f"{100 * rule.kept:.1f} %", rule.kept),
             Cell(f"{100 * rule.right:.1f} %", rule.right),
+            Cell(f"{100 * rule.pairs_right:.1f} %", rule.pairs_right),
             Cell(str(rule.votes), rule.votes),
             Cell(str(rule.wrongly_excluded), rule.wrongly_excluded),
             Cell(str(rule.wrongly_kept), rule.wrongly_kept),

@@ -251,6 +251,7 @@ def test_a_trial_tells_whom_the_rules_keep(known: Floats, tmp_path: Path) -> Non
     rules = {rule.rule: rule for rule in found.rules}
     everything, paper = rules["all votes, majority"], rules["the paper's rule"]
     assert paper.right > everything.right
+    assert paper.pairs_right > everything.pairs_right > paper.right
     assert paper.wrongly_kept < everything.wrongly_kept
     assert rules["only those who look"].right > everything.right
     write_trial(found, tmp_path / "trial.html")

@@ -271,8 +271,9 @@ def audit(
     found = look_into(list(read_votes(votes)), Rules())
     write_audit(found, output, data)
     summary = found.summary()
-    text = "{accepted} of {items} items accepted, alpha {alpha}, {participants} participants"
-    emit(summary, as_json, text.format(**summary) + f"; see {output}")
+    alpha = "not defined" if found.alpha is None else f"{found.alpha:.2f}"
+    text = "{accepted} of {items} items accepted, {participants} participants".format(**summary)
+    emit(summary, as_json, f"{text}, alpha {alpha}; see {output}")
 
 
 def review(
