@@ -21,6 +21,37 @@ def brute_force(surface: Surface, sigma: float) -> Floats:
     return np.asarray(mean / np.linalg.norm(mean, axis=1, keepdims=True))
 
 
+def connected(surface: Surface, v: int, reach: float) -> list[int]:
+    """The vertices connected with v by ones within `reach` of it whose normals are within 90 degrees of its own."""
+    p, n, rings = surface.mesh.vertices, surface.normals, surface.rings
+    allowed = (((p - p[v]) ** 2).sum(axis=1) < reach**2) & (n @ n[v] > 0)
+    found, queue = {v}, [v]
+    while queue:
+        here = queue.pop()
+        around = rings.around[rings.starts[here] : rings.starts[here + 1]].ravel()
+        fresh = {int(q) for q in around if allowed[q]} - found
+        found |= fresh
+        queue += fresh
+    return sorted(found)
+
+
+def test_only_connected_vertices_count() -> None:
+    """A sheet rolled up so tightly that each layer is within reach of the next."""
+    vertices, faces = analytic.plane(30)
+    along, y, _ = 7 * vertices.T
+    radius = 1.0 + 0.04 * (along - along.min())
+    surface = Surface(Mesh(np.stack([radius * np.sin(2 * along), y, radius * np.cos(2 * along)], axis=1), faces))
+    p, n, level = surface.mesh.vertices, surface.normals, 2
+    sigma, left_out = level * median_side(p, surface.rings), 0
+    for v in range(0, len(p), 7):
+        near = connected(surface, v, np.sqrt(CUT) * sigma)
+        x = ((p - p[v]) ** 2).sum(axis=1) / sigma**2
+        left_out += ((x < CUT) & (n @ n[v] > 0)).sum() - len(near)
+        mean = ((1 - x[near] / CUT) ** 2 * (n[near] @ n[v]) * surface.point_areas[near]) @ n[near]
+        np.testing.assert_allclose(surface.smoothed_normals[level, v], mean / np.linalg.norm(mean), atol=1e-12)
+    assert left_out > 100
+
+
 @pytest.mark.parametrize("level", [1, 2, 3])
 def test_all_pairs(level: int) -> None:
     """On a mesh whose reaches are connected the search finds every pair, at every level."""
