@@ -17,6 +17,9 @@ R = TypeVar("R")
 Identity = tuple[str, str, str]
 """Worker, assignment and questionnaire: what makes an answering one and the same."""
 
+_LIKE_FORMULAS = ("=", "+", "-", "@", "'")
+"""How formulas begin, and the apostrophe that stands before a text that isn't one."""
+
 MAX_PROBLEMS = 1000
 """Problems that are kept in words; a file of garbage has as many as rows."""
 
@@ -84,9 +87,8 @@ def append(
         for one in answered:
             writer.writerows(file.to_row(record) for record in _new(one, interpret, file, known, done))
         if done.problems and not done.assignments and not done.known_assignments:
-            first = done.problems[0]
-            found = first.message.partition("; expected")[0]
-            raise InputError(first.where, found, "answers to this batch's questionnaires")
+            found, _, expected = done.problems[0].message.partition("; expected ")
+            raise InputError(done.problems[0].where, found, expected or "answers to this batch's questionnaires")
     return done
 
 
@@ -111,7 +113,7 @@ def _new(
     if identity in known:
         done.known_assignments += 1
         if known[identity] != digest:
-            text = f"assignment {one.assignment[:40]} was read before with other answers, which stay"
+            text = f"assignment {one.assignment[:40]!r} was read before with other answers, which stay"
             done.complain(Problem(one.where, text))
         return []
     known[identity] = digest
@@ -141,7 +143,7 @@ def read_rows(
             if missing:
                 raise InputError(path, f"no column {missing[0]}", f"{what} with the columns {', '.join(columns)}")
             for number, row in enumerate(reader, 2):
-                yield f"{path}, row {number}", {name: (row.get(name) or "").strip() for name in columns}
+                yield f"{path}, row {number}", {name: _from_cell(row.get(name) or "") for name in columns}
     except OSError as error:
         raise InputError(path, f"can't be read ({error.strerror})", what) from error
     except (csv.Error, UnicodeDecodeError) as error:
@@ -149,12 +151,23 @@ def read_rows(
 
 
 def to_cell(value: object) -> str:
-    """A value as a cell: nothing for None, 0 or 1 for a truth value."""
+    """A value as a cell: nothing for None, 0 or 1 for a truth value.
+
+    Spreadsheets take text that begins like a formula for one, and participants choose their names: it gets an
+    apostrophe in front, which spreadsheets hide and `read_rows` takes away.
+    """
     if value is None:
         return ""
     if isinstance(value, bool):
         return str(int(value))
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    if isinstance(value, float):
+        return f"{value:g}"
+    return f"'{value}" if isinstance(value, str) and value.startswith(_LIKE_FORMULAS) else str(value)
+
+
+def _from_cell(cell: str) -> str:
+    text = cell.strip()
+    return text[1:] if text.startswith("'") and text[1:].startswith(_LIKE_FORMULAS) else text
 
 
 def to_whole(where: str, name: str, text: str, least: int, most: int) -> int:

@@ -24,10 +24,14 @@ SITE = "self-hosted site"
 MAX_FIELD = 256 * 1024 * 1024
 """Characters in one field; embedded pictures make long ones."""
 
+MAX_NAME = 500
+"""Characters in the name of a worker, an assignment or a questionnaire."""
+
 MAX_SECONDS = 86400.0
 
 REQUIRED_COLUMNS = ("AssignmentId", "Input.questionnaire")
 WORKER_COLUMNS = ("WorkerId", "Turkle.Username")
+_NOT_UTF8 = "\ufffd"  # what bytes that aren't UTF-8 are read as
 _ANSWER = "Answer."
 _BLOB = "Answer.taskAnswers"
 
@@ -98,7 +102,11 @@ def _header(path: Path, names: Sequence[str]) -> list[str]:
     header = [name.strip() for name in names]
     missing = [name for name in REQUIRED_COLUMNS if name not in header]
     if missing or not any(name in header for name in WORKER_COLUMNS) or not any(n.startswith(_ANSWER) for n in header):
-        found = f"columns {', '.join(header[:6])}{' ...' if len(header) > 6 else ''}" if header else "no header"
+        found = f"columns {', '.join(name[:40] for name in header[:6])}{' ...' if len(header) > 6 else ''}"
+        if not header:
+            found = "no header"
+        elif not found.isprintable() or _NOT_UTF8 in found:
+            found = "no text in UTF-8"
         raise InputError(
             path, found, "a results CSV with WorkerId, AssignmentId, Input.questionnaire and Answer columns"
         )
@@ -132,8 +140,10 @@ def _row(where: str, row: Mapping[str, str]) -> Answered | Problem:
     worker = next((row[name].strip() for name in WORKER_COLUMNS if row.get(name, "").strip()), "")
     assignment, questionnaire = (row[name].strip() for name in REQUIRED_COLUMNS)
     for name, value in (("WorkerId", worker), ("AssignmentId", assignment), ("Input.questionnaire", questionnaire)):
-        if not value or "\ufffd" in value:
+        if not value or _NOT_UTF8 in value:
             return Problem(where, f"{name} is {'empty' if not value else 'not UTF-8'}")
+        if not value.isprintable() or len(value) > MAX_NAME:
+            return Problem(where, f"{name} is {value[:40]!r}; expected at most {MAX_NAME} printable characters")
     try:
         answers = _answers(row)
     except ValueError as error:

@@ -12,6 +12,7 @@ import secrets
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from urllib.parse import quote
 
 from starlette.concurrency import run_in_threadpool
@@ -196,14 +197,12 @@ class Site:
             if self.batch.accepts(entry.questionnaire, name, given.get(name, ""))
         }
         await run_in_threadpool(self.store.save, entry.id, sent)
+        if await run_in_threadpool(self.store.finish, entry.id, partial(self.batch.judge, entry.questionnaire)):
+            return see("/done")
         answers = await run_in_threadpool(self.store.answers, entry.id)
         left = len(self.batch.questions[entry.questionnaire]) - len(answers)
-        if left:
-            message = f"{left} question{'s' if left > 1 else ''} still need{'' if left > 1 else 's'} an answer."
-            return self._questionnaire(request, entry, answers, message, 422)
-        reliable = self.batch.reliable(entry.questionnaire, answers)
-        await run_in_threadpool(self.store.finish, entry.id, reliable)
-        return see("/done")
+        message = f"{left} question{'s' if left > 1 else ''} still need{'' if left > 1 else 's'} an answer."
+        return self._questionnaire(request, entry, answers, message, 422)
 
     async def done(self, request: Request) -> Response:
         """Thanks, and the completion code."""

@@ -21,7 +21,7 @@ PICTURES = "/images/"
 """Where the site serves pictures."""
 
 _PLACEHOLDER = re.compile(r"\$\{(\w+)\}")
-_INPUT = re.compile(r'name=(q\d+) value="([^"]*)"')
+_INPUT = re.compile(r'name="?(q\d+)"? value="([^"]*)"')
 
 
 @dataclass(frozen=True)
@@ -69,10 +69,12 @@ class SiteBatch:
         question = self.questions[questionnaire].get(field)
         return question is not None and value in question.values
 
-    def reliable(self, questionnaire: str, answers: Mapping[str, str]) -> bool:
-        """Whether answers pass all sentinels."""
-        asked = self.questions[questionnaire].items()
-        return all(question.correct in (None, answers.get(field)) for field, question in asked)
+    def judge(self, questionnaire: str, answers: Mapping[str, str]) -> bool | None:
+        """Whether answers pass all sentinels; None while some are missing."""
+        asked = self.questions[questionnaire]
+        if not asked.keys() <= answers.keys():
+            return None
+        return all(question.correct in (None, answers[field]) for field, question in asked.items())
 
     def fragment(self, questionnaire: str, answers: Mapping[str, str]) -> str:
         """A questionnaire as HTML, with the given answers chosen."""

@@ -187,19 +187,30 @@ class SiteStore:
             db.execute("UPDATE participants SET seen = ? WHERE id = ?", (now, participant))
         return True
 
-    def finish(self, participant: str, reliable: bool) -> None:
-        """The questionnaire was sent; nothing changes it any more."""
+    def finish(self, participant: str, judge: Callable[[Mapping[str, str]], bool | None]) -> bool:
+        """The questionnaire was sent: if its answers suffice, nothing changes it any more.
+
+        Args:
+            participant: Whose.
+            judge: Answers -> whether they pass all sentinels; None while some are missing.
+
+        Returns:
+            Whether the answers suffice.
+        """
         with self._change() as db:
-            db.execute(
-                "UPDATE participants SET state = 'finished', finished = ?, reliable = ? "
-                "WHERE id = ? AND state = 'active'",
-                (self._clock(), int(reliable), participant),
-            )
+            reliable = judge(_answers(db, participant))
+            if reliable is not None:
+                db.execute(
+                    "UPDATE participants SET state = 'finished', finished = ?, reliable = ? "
+                    "WHERE id = ? AND state = 'active'",
+                    (self._clock(), int(reliable), participant),
+                )
+        return reliable is not None
 
     def answers(self, participant: str) -> dict[str, str]:
         """Field -> value of what a participant answered so far."""
         with self._lock:
-            return dict(self._db.execute("SELECT field, value FROM answers WHERE participant = ?", (participant,)))
+            return _answers(self._db, participant)
 
     def entries(self) -> list[Entry]:
         """All participants, in the order they started; those away too long count as gone."""
@@ -249,6 +260,10 @@ class SiteStore:
 
 
 _SELECT = "SELECT id, worker, questionnaire, state, started, seen, finished, reliable FROM participants"
+
+
+def _answers(db: sqlite3.Connection, participant: str) -> dict[str, str]:
+    return dict(db.execute("SELECT field, value FROM answers WHERE participant = ?", (participant,)))
 
 
 def _entry(db: sqlite3.Connection, condition: str, value: str) -> Entry | None:

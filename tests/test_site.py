@@ -23,6 +23,7 @@ from dataset_tools.items import list_items
 from dataset_tools.questionnaire import Key, Scheme
 from dataset_tools.rate_limit import RateLimit
 from dataset_tools.site import Limits, Settings
+from dataset_tools.site_batch import SiteBatch
 from dataset_tools.site_guard import MAX_BODY, Guard
 from dataset_tools.site_server import SiteFiles, make_app, read_consent, read_token, site_parameters
 from dataset_tools.site_store import Policy, Refusal, SiteStore, State
@@ -183,7 +184,7 @@ def test_unreliable_participants_can_be_replaced(tmp_path: Path) -> None:
         store = SiteStore(tmp_path / f"db{replace}", ["a"], Policy(replace_unreliable=replace), Clock())
         entry = store.find(store.begin("anna", {}))
         assert entry is not None
-        store.finish(entry.id, reliable=False)
+        assert store.finish(entry.id, lambda answers: False)
         assert (store.begin("ben", {}) is Refusal.FULL) is expected
         store.close()
 
@@ -500,3 +501,54 @@ def test_where_it_listens_as_json(batch: Path, tmp_path: Path) -> None:
     assert found["requester"].endswith("/admin")
     assert Path(found["token"]).read_text().strip()
     assert any("chmod 600" in note for note in found["notes"])
+
+
+def test_sending_twice_at_once_ends_with_what_is_stored(site: Starlette, key: Key) -> None:
+    """Whatever comes in between, the judgement is about the answers that are kept."""
+    client = begin(site, "anna")
+    name, secret = asked(client, key), page_secret(client)
+    right = right_answers(key, name)
+    wrong = {field: "none" for field in right}
+    threads = [
+        threading.Thread(target=client.post, args=("/finish",), kwargs={"data": {"nc_secret": secret, **answers}})
+        for answers in (right, wrong) * 4
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    (entry,) = site.state.store.entries()
+    answers = site.state.store.answers(entry.id)
+    assert entry.state is State.FINISHED
+    assert entry.reliable is (answers == right)
+    assert answers in (right, wrong)
+
+
+@pytest.mark.parametrize("quote", ['"', ""])
+def test_batches_with_and_without_quotes_show_answers_again(batch: Path, tmp_path: Path, quote: str) -> None:
+    copy = tmp_path / "batch"
+    shutil.copytree(batch, copy)
+    text = (copy / "template.html").read_text()
+    (copy / "template.html").write_text(re.sub(r"name=(q\d+) ", rf"name={quote}\1{quote} ", text))
+    served = SiteBatch(copy)
+    assert served.fragment(served.identifiers[0], {"q02": "none"}).count(" checked") == 1
+
+
+@pytest.mark.parametrize(
+    "body",
+    [b"", b"{", b"[]", b"null", b'"x"', b"\xff\xfe", b'{"field":1}', b"[" * 60_000,
+     b'{"field":"q01","value":"\\ud800"}', b'{"field":"q99","value":"none"}', b'{"field":"q01","value":"none","seconds":' + b"9" * 5000 + b"}"],
+)  # fmt: skip
+def test_malformed_answers_are_refused_and_change_nothing(site: Starlette, body: bytes) -> None:
+    client = begin(site, "anna")
+    reply = client.post("/answer", content=body, headers={"X-NC-Secret": page_secret(client)})
+    assert reply.status_code == 400
+    assert site.state.store.answers(site.state.store.entries()[0].id) == {}
+
+
+def test_a_planted_cookie_is_not_adopted(site: Starlette) -> None:
+    """Session fixation: whoever begins gets a secret of their own, whatever cookie they came with."""
+    client = TestClient(site, base_url="http://localhost", follow_redirects=False, cookies={"nc_session": "planted"})
+    assert client.post("/start", data={"PROLIFIC_PID": "anna", "agree": "yes"}).status_code == 303
+    planted = TestClient(site, base_url="http://localhost", cookies={"nc_session": "planted"})
+    assert planted.get("/questions").status_code == 403

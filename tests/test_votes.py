@@ -263,3 +263,57 @@ def test_ingestion_keeps_the_old_file_when_it_fails(batch: Path) -> None:
     with pytest.raises(InputError, match="gone"):
         ingest(broken(), KEY, batch / "votes.csv")
     assert (batch / "votes.csv").read_bytes() == before
+
+
+def test_names_that_look_like_formulas_do_nothing_in_a_spreadsheet(batch: Path) -> None:
+    """In the file they have an apostrophe in front; read again they are what they were, and count once."""
+    names = ["=cmd|' /C calc'!A0", "+1", "-1+1", "@sum", "'=x", "''", "'plain"]
+    rows = [row(name, "A", (1, 0, 2)) for name in names]
+    votes = ingested(batch, to_csv(rows))
+    assert {vote.worker for vote in votes} == set(names)
+    with (batch / "votes.csv").open(newline="") as file:
+        cells = {cell for line in list(csv.reader(file))[1:] for cell in line}
+    assert not [cell for cell in cells if cell[:1] in ("=", "+", "@") or (cell[:1] == "-" and cell != "-1")]
+    assert ingested(batch, to_csv(rows)) == votes
+    write_votes(batch / "copy.csv", sorted(votes, key=lambda vote: (vote.worker, vote.question)))
+    assert set(read_votes(batch / "copy.csv")) == votes
+
+
+BROKEN = [
+    ({"WorkerId": "ev\0il"}, r"row 3: WorkerId is 'ev\x00il'; expected at most 500 printable"),
+    ({"WorkerId": "a\nb\x1b[31m"}, r"row 3: WorkerId is 'a\nb\x1b[31m'"),
+    ({"WorkerId": "x" * 501}, "row 3: WorkerId is 'xxxx"),
+    ({"WorkerId": " "}, "row 3: WorkerId is empty"),
+    ({"AssignmentId": ""}, "row 3: AssignmentId is empty"),
+    ({"Input.questionnaire": "C'; DROP TABLE x"}, 'row 3: questionnaire "C\'; DROP TABLE x" is unknown'),
+    ({"Answer.q01": "=1+1"}, "row 3: q01 is '=1+1'; expected one of its 8 values or none"),
+    ({"Answer.q01": "none|none"}, "row 3: q01 is 'none|none'"),
+]
+
+
+@pytest.mark.parametrize(("change", "message"), BROKEN)
+def test_a_bad_row_is_named_and_the_others_are_kept(batch: Path, change: dict[str, str], message: str) -> None:
+    rows = [ROWS[0], {**ROWS[1], **change}, ROWS[2]]
+    (batch / "r.csv").write_bytes(to_csv(rows))
+    done = ingest_results(batch, [batch / "r.csv"], batch / "v.csv")
+    assert [message in str(problem) for problem in done.problems] == [True], done.problems
+    assert "\n" not in str(done.problems[0])
+    votes = set(read_votes(batch / "v.csv"))
+    assert {vote.worker for vote in votes} >= {"w1", "w3"}
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (to_csv(ROWS).decode().encode("utf-16"), "no text in UTF-8"),
+        (bytes(range(256)) * 20, "no text in UTF-8"),
+        (to_csv(ROWS).replace(b"Answer.q02", b"Answer.q01"), "column Answer.q01 twice; expected each column once"),
+        (b"", "no header"),
+    ],
+)
+def test_a_file_that_cannot_be_read_is_one_printable_line(batch: Path, data: bytes, message: str) -> None:
+    (batch / "r.csv").write_bytes(data)
+    with pytest.raises(InputError, match=message) as found:
+        ingest_results(batch, [batch / "r.csv"], batch / "v.csv")
+    assert str(found.value).isprintable()
+    assert not (batch / "v.csv").exists()

@@ -21,4 +21,5 @@ def emit_ingested(done: "Ingested", output: Path, as_json: bool) -> None:
     for problem in done.problems[:MAX_SHOWN_PROBLEMS]:
         sys.stderr.write(f"{problem}\n")
     if done.problems:
-        raise BatchError(f"{len(done.problems) + done.more_problems} problems in the results; all the rest was read")
+        count = len(done.problems) + done.more_problems
+        raise BatchError(f"{count} problem{'s' if count > 1 else ''} in the results; all the rest was read")
