@@ -536,8 +536,11 @@ def test_batches_with_and_without_quotes_show_answers_again(batch: Path, tmp_pat
 
 @pytest.mark.parametrize(
     "body",
-    [b"", b"{", b"[]", b"null", b'"x"', b"\xff\xfe", b'{"field":1}', b"[" * 60_000,
-     b'{"field":"q01","value":"\\ud800"}', b'{"field":"q99","value":"none"}', b'{"field":"q01","value":"none","seconds":' + b"9" * 5000 + b"}"],
+    [
+        b"", b"{", b"[]", b"null", b'"x"', b"\xff\xfe", b'{"field":1}', b"[" * 60_000,
+        b'{"field":"q01","value":"\\ud800"}', b'{"field":"q99","value":"none"}',
+        b'{"field":"q01","value":"none","seconds":' + b"9" * 5000 + b"}",
+    ],
 )  # fmt: skip
 def test_malformed_answers_are_refused_and_change_nothing(site: Starlette, body: bytes) -> None:
     client = begin(site, "anna")
