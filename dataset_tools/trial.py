@@ -51,6 +51,7 @@ class RuleResult:
     Attributes:
         rule: Which.
         kept: Share of the items that it accepts.
+        kept_of_full: The same among items with all the votes that were wanted, as all have after top-up rounds.
         right: Share of these whose accepted drawing is the one that the crowd as a whole prefers.
         pairs_right: Share of their ranking pairs in which the crowd prefers the better drawing to the other.
         votes: Votes that count.
@@ -60,6 +61,7 @@ class RuleResult:
 
     rule: str
     kept: float
+    kept_of_full: float
     right: float
     pairs_right: float
     votes: int
@@ -216,10 +218,12 @@ def _judge(
     found = aggregate(votes, rules)
     accepted = [verdict for verdict in found.verdicts if verdict.best is not None]
     ranks = [world.rank(verdict.item, verdict.best) for verdict in accepted if verdict.best is not None]
+    full = [verdict for verdict in found.verdicts if verdict.total >= Scheme().votes]
     count = max(1, len(accepted))
     return RuleResult(
         rule=name,
         kept=len(accepted) / len(world.items),
+        kept_of_full=sum(verdict.best is not None for verdict in full) / max(1, len(full)),
         right=ranks.count(0) / count,
         pairs_right=1 - sum(ranks) / ((DRAWINGS - 1) * count),
         votes=sum(verdict.total for verdict in found.verdicts),

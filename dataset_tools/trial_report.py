@@ -8,7 +8,8 @@ from ncmodel.report import Cell, Section, Table, Text, write_report
 
 KIND_COLUMNS = ("kind", "participants", "excluded by the paper's rule", "excluded when strict", "should be excluded")
 RULE_COLUMNS = (
-    "rule", "items kept", "of these right", "pairs right", "votes that count", "wrongly excluded", "wrongly kept",
+    "rule", "items kept", "of those with 3 votes", "kept are right", "pairs right", "votes that count",
+    "wrongly excluded", "wrongly kept",
 )  # fmt: skip
 
 
@@ -30,6 +31,7 @@ def _rule_rows(found: Trial) -> list[Sequence[Cell | str]]:
         (
             rule.rule,
             Cell(f"{100 * rule.kept:.1f} %", rule.kept),
+            Cell(f"{100 * rule.kept_of_full:.1f} %", rule.kept_of_full),
             Cell(f"{100 * rule.right:.1f} %", rule.right),
             Cell(f"{100 * rule.pairs_right:.1f} %", rule.pairs_right),
             Cell(str(rule.votes), rule.votes),

@@ -297,6 +297,7 @@ def trial(
     participants: Annotated[int, typer.Option(help="Simulated participants.")] = 400,
     random_clickers: Annotated[float, typer.Option(help="Share of them who click at random.")] = 0.15,
     adversaries: Annotated[int, typer.Option(help="Simulated adversaries of each of ten kinds.")] = 6,
+    noise: Annotated[float, typer.Option(help="Spread of the errors in judging distances.")] = 0.55,
     items: Annotated[int, typer.Option(help="Views of the data folder to draw distances from.", min=1)] = 24,
     seed: Seed = 0,
     as_json: AsJson = False,
@@ -309,6 +310,7 @@ def trial(
 
     with progress("items seen by simulated artists", items) as advance:
         known = sample_distances(data_dir, items, seed, advance)
-    found = run_trial(known, Crowd(random_clickers=random_clickers), participants, adversaries, seed)
+    crowd = Crowd(noise=noise, random_clickers=random_clickers)
+    found = run_trial(known, crowd, participants, adversaries, seed)
     write_trial(found, output)
     emit(asdict(found), as_json, f"{as_text(found)}\n{output}")
