@@ -196,8 +196,9 @@ def _outcome(world: World, votes: Sequence[Vote], kinds: Mapping[str, str]) -> T
     ]
     everybody = {worker: replace(person, reasons=()) for worker, person in usual.items()}
     in_earnest = [vote for vote in votes if kind_of(vote.worker) in HONEST]
+    earnest = {worker: person for worker, person in everybody.items() if kind_of(worker) in HONEST}
     judged = [
-        _judge("only those who look", world, in_earnest, Rules(unreliable_too=True), assess(in_earnest), kind_of),
+        _judge("only those who look", world, in_earnest, Rules(unreliable_too=True), earnest, kind_of),
         _judge("all votes, majority", world, votes, Rules(unreliable_too=True), everybody, kind_of),
         _judge("the paper's rule", world, votes, Rules(), usual, kind_of),
         _judge("the paper's rule, strict", world, votes, Rules(strict=True), strict, kind_of),
