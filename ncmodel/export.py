@@ -16,10 +16,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ncmodel.errors import UsageError
+from ncmodel.kernels import kernel
 from ncmodel.raster import draw_segments
 from ncmodel.types import Floats, Image, Ints, LineFamily, Stroke
 
@@ -213,7 +213,7 @@ def _pieces(strokes: Sequence[Stroke], shortest: float) -> Iterator[tuple[Floats
             yield cut_points[begin:end], float(opacity[n])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _cut(points: Floats, alpha: Floats, first: Ints, step: float, shortest: float) -> tuple[Floats, Floats, Ints]:
     """Polylines cut where their opacity, linear between points, has changed by `step` since the last cut.
 

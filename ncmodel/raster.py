@@ -8,8 +8,8 @@ to a few hundredths for lines of two pixels and more. Lines are composited by ma
 import math
 
 import numpy as np
-from numba import njit
 
+from ncmodel.kernels import kernel
 from ncmodel.types import Floats, Image
 
 REACH = math.sqrt(0.5)
@@ -65,7 +65,7 @@ def _array(values: Floats) -> Floats:
     return np.ascontiguousarray(values, dtype=np.float64)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _below(x: float, nx: float, ny: float) -> float:
     """The area of the unit square about the origin where n.p <= x, for a unit normal n."""
     a, b = max(abs(nx), abs(ny)), min(abs(nx), abs(ny))
@@ -79,7 +79,7 @@ def _below(x: float, nx: float, ny: float) -> float:
     return 0.5 + part if x >= 0 else 0.5 - part
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _row(x0: float, y0: float, x1: float, y1: float, y: float, reach: float, width: int) -> tuple[int, int]:
     """The pixels [first, last) of the row through `y` within `reach` of a segment with y0 <= y1, and a few more."""
     low, high = x0, x1
@@ -92,7 +92,7 @@ def _row(x0: float, y0: float, x1: float, y1: float, y: float, reach: float, wid
     return int(first), int(last)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _draw(points: Floats, alpha: Floats, feature: Floats, half: float, ink: Image, carried: Image) -> None:
     """Composite capsules of half width `half` onto `ink`, and their feature onto `carried` unless that is empty."""
     height, width = ink.shape

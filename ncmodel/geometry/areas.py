@@ -8,9 +8,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ncmodel.kernels import kernel
 from ncmodel.types import Floats
 
 Indices = NDArray[np.uint32]
@@ -29,7 +29,7 @@ Sides = tuple[float, ...]
 """Vectors of the sides e0, e1, e2 (9), e0 x e1 (3), squared lengths of the sides (3): what `sides_of` returns."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def check_columns(rows: NDArray[Any], columns: int) -> None:
     """Hold a kernel's (n, columns) array to its width.
 
@@ -43,7 +43,7 @@ def check_columns(rows: NDArray[Any], columns: int) -> None:
         raise ValueError("a kernel's array has another number of columns than it reads")
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def sides_of(vertices: Floats, i: int, j: int, k: int) -> tuple[Sides, bool]:
     """The sides of face (i, j, k), side 0 opposite corner i running from j to k, and whether the face is degenerate."""
     ax, ay, az = vertices[k, 0] - vertices[j, 0], vertices[k, 1] - vertices[j, 1], vertices[k, 2] - vertices[j, 2]
@@ -56,7 +56,7 @@ def sides_of(vertices: Floats, i: int, j: int, k: int) -> tuple[Sides, bool]:
     return (ax, ay, az, bx, by, bz, cx, cy, cz, nx, ny, nz, li, lj, lk), flat
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def corner_areas(sides: Sides, flat: bool) -> tuple[float, float, float]:
     """Areas of a face that belong to its corners: the Voronoi cells of the corners, clipped to the face."""
     ax, ay, az, bx, by, bz, cx, cy, cz, nx, ny, nz, li, lj, lk = sides
@@ -84,7 +84,7 @@ def corner_areas(sides: Sides, flat: bool) -> tuple[float, float, float]:
     return at_i, at_j, 0.5 * length - at_i - at_j
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def point_areas(vertices: Floats, faces: Indices) -> Floats:
     """Area that belongs to each vertex (V,)."""
     check_columns(vertices, 3)
@@ -100,7 +100,7 @@ def point_areas(vertices: Floats, faces: Indices) -> Floats:
     return areas
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def vertex_normals(vertices: Floats, faces: Indices) -> Floats:
     """Unit vertex normals (V, 3), weighted per corner by sin(angle) / product of the two sides' lengths.
 
@@ -132,7 +132,7 @@ def vertex_normals(vertices: Floats, faces: Indices) -> Floats:
     return normals
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _normalise(vectors: Floats, v: int, least: float) -> bool:
     """Scale one vector to length 1; where it isn't longer than `least`, to 0, which returns False."""
     x, y, z = vectors[v, 0], vectors[v, 1], vectors[v, 2]
@@ -142,7 +142,7 @@ def _normalise(vectors: Floats, v: int, least: float) -> bool:
     return scale > 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _fill_undefined(vertices: Floats, faces: Indices, normals: Floats) -> None:
     """Give vertices whose normals cancelled that of their first face, and those without a proper face +y."""
     undefined = np.empty(len(normals), dtype=np.bool_)

@@ -12,9 +12,9 @@ What no proper face defines is 0, never NaN.
 import math
 
 import numpy as np
-from numba import njit
 
 from ncmodel.geometry.areas import Indices, Sides, check_columns, corner_areas, sides_of
+from ncmodel.kernels import kernel
 from ncmodel.types import Floats
 
 Frame = tuple[float, ...]
@@ -27,7 +27,7 @@ OPPOSITE = 1e-14
 """1 + cosine below which two normals count as opposite: there is no least rotation between them."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def curvature_tensor(vertices: Floats, faces: Indices, normals: Floats, areas: Floats) -> tuple[Floats, Floats]:
     """Principal curvatures (V, 2) and the first principal direction (V, 3); convex is positive, |k1| >= |k2|.
 
@@ -62,7 +62,7 @@ def curvature_tensor(vertices: Floats, faces: Indices, normals: Floats, areas: F
     return curvatures, dir1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def curvature_derivative(
     vertices: Floats, faces: Indices, normals: Floats, areas: Floats, curvatures: Floats, dir1: Floats
 ) -> Floats:
@@ -107,7 +107,7 @@ def curvature_derivative(
     return derivative
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _frame(sides: Sides) -> Frame:
     """The principal frame of a proper face's sides: sum u v = 0, sum u^2 >= sum v^2."""
     ax, ay, az, bx, by, bz, _, _, _, nx, ny, nz, li, lj, lk = sides
@@ -131,7 +131,7 @@ def _frame(sides: Sides) -> Frame:
     return tx, ty, tz, bx, by, bz, nx, ny, nz, ui, vi, uj, vj, -ui - uj, -vi - vj, uu, vv
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _half_angle(x: float, y: float, radius: float) -> tuple[float, float]:
     """Cosine and sine of half the angle of (x, y), whose length is `radius`."""
     if radius <= 0.0:
@@ -143,7 +143,7 @@ def _half_angle(x: float, y: float, radius: float) -> tuple[float, float]:
     return 0.5 * y / (radius * s), s
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _along(frame: Frame, vectors: Floats, v: int) -> tuple[float, float]:
     """Components of a vertex's vector along a face's t and b."""
     tx, ty, tz, bx, by, bz = frame[0], frame[1], frame[2], frame[3], frame[4], frame[5]
@@ -151,7 +151,7 @@ def _along(frame: Frame, vectors: Floats, v: int) -> tuple[float, float]:
     return x * tx + y * ty + z * tz, x * bx + y * by + z * bz
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _fit_operator(
     frame: Frame, ai: float, aj: float, ak: float, ci: float, cj: float, ck: float
 ) -> tuple[float, float, float]:
@@ -167,7 +167,7 @@ def _fit_operator(
     return (di * ui + dj * uj + dk * uk) / uu, mixed / (uu + vv), (gi * vi + gj * vj + gk * vk) / vv
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _fit_cubic(
     frame: Frame,
     at_i: tuple[float, float, float],
@@ -191,7 +191,7 @@ def _fit_cubic(
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _any_tangent(x: float, y: float, z: float) -> tuple[float, float, float]:
     """A unit vector across the unit vector (x, y, z), continuous but at z = 0 (Duff et al. 2017)."""
     sign = math.copysign(1.0, z)
@@ -199,7 +199,7 @@ def _any_tangent(x: float, y: float, z: float) -> tuple[float, float, float]:
     return 1.0 + sign * x * x * a, sign * x * y * a, -sign * x
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _turned(frame: Frame, normals: Floats, v: int, x: float, y: float, z: float) -> tuple[float, float, float]:
     """(t, b) components (a, b) of a vertex's tangent vector, turned by the least rotation into the plane of a face.
 
@@ -217,13 +217,13 @@ def _turned(frame: Frame, normals: Floats, v: int, x: float, y: float, z: float)
     return a - (ox * tx + oy * ty + oz * tz) * across, b - (ox * bx + oy * by + oz * bz) * across, 1.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _in_frame(k1: float, k2: float, a: float, b: float) -> tuple[float, float, float]:
     """The tensor diag(k1, k2) of axes (a, b), (-b, a), as uu, uv, vv."""
     return k1 * a * a + k2 * b * b, (k1 - k2) * a * b, k1 * b * b + k2 * a * a
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _add_operator(
     tensor: Floats, v: int, weight: float, frame: Frame, normals: Floats, e: float, m: float, g: float
 ) -> None:
@@ -235,7 +235,7 @@ def _add_operator(
     tensor[v, 2] += weight * (e * b * b - 2.0 * m * a * b + g * a * a)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _add_cubic(
     derivative: Floats,
     v: int,
@@ -254,7 +254,7 @@ def _add_cubic(
     derivative[v, 3] += weight * mirror * (c3 * aaa - 3.0 * (c2 * aab - c1 * abb) - c0 * bbb)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _diagonalise(tensor: Floats, v: int, areas: Floats, normals: Floats, curvatures: Floats, dir1: Floats) -> None:
     """Principal curvatures and first direction of a vertex from its sum, by one Jacobi rotation."""
     weight = 1.0 / areas[v] if areas[v] > 0.0 else 0.0

@@ -4,10 +4,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from ncmodel.geometry.areas import Indices, check_columns, sides_of
 from ncmodel.geometry.rings import Offsets, Rings
+from ncmodel.kernels import kernel
 from ncmodel.types import Floats, Ints, LineFamily, LineSet
 
 
@@ -60,7 +60,7 @@ def _in_face_order(rings: Rings, start: Indices, corner: Indices) -> Edges:
     return Edges(np.stack([start, end], axis=1)[order].astype(np.int64), face[order].astype(np.int64))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _closed(faces: Indices) -> bool:
     check_columns(faces, 3)
     total = np.uint64(0)
@@ -71,7 +71,7 @@ def _closed(faces: Indices) -> bool:
     return bool(total == np.uint64(0))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _mixed(i: np.uint64, j: np.uint64) -> np.uint64:
     """A 64-bit hash of an ordered pair (the finaliser of Steele et al. 2014)."""
     x = (i << np.uint64(32)) ^ j
@@ -80,7 +80,7 @@ def _mixed(i: np.uint64, j: np.uint64) -> np.uint64:
     return x ^ (x >> np.uint64(31))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _unpaired(starts: Offsets, around: Indices) -> tuple[Indices, Indices]:
     """Sides (start vertex, ring corner) from a vertex to its next, whom no face has as the vertex's previous one."""
     vertex = np.empty(len(around), dtype=np.uint32)
@@ -96,7 +96,7 @@ def _unpaired(starts: Offsets, around: Indices) -> tuple[Indices, Indices]:
     return vertex[:size].copy(), corner[:size].copy()
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _sharp(vertices: Floats, starts: Offsets, around: Indices, least_cosine: float) -> tuple[Indices, Indices]:
     """Sides (start vertex, ring corner) where the surface bends, each edge once, from its end of lower index."""
     vertex = np.empty(len(around), dtype=np.uint32)
@@ -127,7 +127,7 @@ def _sharp(vertices: Floats, starts: Offsets, around: Indices, least_cosine: flo
     return vertex[:size].copy(), corner[:size].copy()
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _sides_between(around: Indices, begin: int, end: int, far: int) -> int:
     """How many sides run between the vertex of ring corners [begin, end) and `far`."""
     count = 0
@@ -136,7 +136,7 @@ def _sides_between(around: Indices, begin: int, end: int, far: int) -> int:
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _cosine_between(vertices: Floats, v: int, far: int, left: int, right: int) -> float:
     """Cosine of the angle between the normals of faces (v, far, left) and (v, right, far); 1 if one is degenerate."""
     a, flat_a = sides_of(vertices, v, far, left)

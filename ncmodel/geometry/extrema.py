@@ -9,9 +9,9 @@ longer than all that is made from them.
 """
 
 import numpy as np
-from numba import njit
 
 from ncmodel.geometry.areas import Indices, check_columns
+from ncmodel.kernels import kernel
 from ncmodel.types import Floats, Ints, LineFamily, LineSet
 
 _Point = tuple[float, float, float, float]
@@ -64,7 +64,7 @@ def facing_only(lines: LineSet, faces: Indices, n_dot_v: Floats) -> LineSet:
     return lines.take(np.asarray((n_dot_v[faces[lines.face]] > 0.0).any(axis=1)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _crossed_faces(faces: Indices, direction: Floats, derivative: Floats) -> Indices:
     """Faces with slopes that point apart on two sides or more."""
     check_columns(faces, 3)
@@ -82,14 +82,14 @@ def _crossed_faces(faces: Indices, direction: Floats, derivative: Floats) -> Ind
     return found[:size].copy()
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _apart(direction: Floats, derivative: Floats, i: int, j: int) -> bool:
     """Whether the slopes at two corners point apart."""
     along = direction[i, 0] * direction[j, 0] + direction[i, 1] * direction[j, 1] + direction[i, 2] * direction[j, 2]
     return bool(derivative[i] * derivative[j] * along <= 0.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _segments(
     vertices: Floats,
     faces: Indices,
@@ -143,7 +143,7 @@ def _segments(
     return face[:size], points[:size], level[:size]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _crossed(vertices: Floats, direction: Floats, derivative: Floats, i: int, j: int, sign: float) -> bool:
     """Whether the slopes at the ends of a side point apart: there is an extremum between.
 
@@ -158,7 +158,7 @@ def _crossed(vertices: Floats, direction: Floats, derivative: Floats, i: int, j:
     return bool(at_i >= 0.0 or at_j <= 0.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _side_point(vertices: Floats, derivative: Floats, curvature: Floats, a: int, b: int) -> _Point:
     """Where the derivative is 0 on the side from a to b."""
     at_a, at_b = abs(derivative[a]), abs(derivative[b])
@@ -171,7 +171,7 @@ def _side_point(vertices: Floats, derivative: Floats, curvature: Floats, a: int,
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _centroid(vertices: Floats, curvature: Floats, a: int, b: int, c: int) -> _Point:
     """The middle of a face."""
     return (
@@ -182,7 +182,7 @@ def _centroid(vertices: Floats, curvature: Floats, a: int, b: int, c: int) -> _P
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _run_towards(
     vertices: Floats, direction: Floats, derivative: Floats, a: int, b: int, c: int, start: _Point, end: _Point
 ) -> bool:
@@ -198,7 +198,7 @@ def _run_towards(
     return bool(at_a > 0.0 and at_b < 0.0 and at_c > 0.0)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _steepness(direction: Floats, derivative: Floats, v: int, x: float, y: float, z: float) -> float:
     """The slope at a vertex along (x, y, z)."""
     return float(derivative[v] * (direction[v, 0] * x + direction[v, 1] * y + direction[v, 2] * z))

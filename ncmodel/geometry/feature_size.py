@@ -4,8 +4,8 @@ import math
 from itertools import combinations
 
 import numpy as np
-from numba import njit
 
+from ncmodel.kernels import kernel
 from ncmodel.types import Floats
 
 SAMPLES = 500
@@ -65,7 +65,7 @@ def enclosing_radius(points: Floats) -> float:
         radius = grown
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _farthest(points: Floats, centre: Floats) -> tuple[int, float]:
     """The point (n, 3) farthest from `centre`, and its distance."""
     farthest, largest = 0, 0.0

@@ -1,11 +1,11 @@
 """Wavefront OBJ: positions and polygons as they are in the file; everything else is passed over."""
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ncmodel.geometry.polygons import triangulate
 from ncmodel.geometry.text import numbers
+from ncmodel.kernels import kernel
 from ncmodel.types import Floats, Ints
 
 Bytes = NDArray[np.uint8]
@@ -33,7 +33,7 @@ def read_obj(data: bytes) -> tuple[Floats, Ints]:
     return vertices.reshape(-1, 3), triangulate(vertices.reshape(-1, 3), corners, sizes)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _parse(text: Bytes) -> tuple[Bytes, int, Ints, Ints, int]:
     """The text of all coordinates, the number of vertices, corners and sizes of polygons, and the first wrong line."""
     # Upper bounds; memory that isn't written to costs nothing.
@@ -81,25 +81,25 @@ def _parse(text: Bytes) -> tuple[Bytes, int, Ints, Ints, int]:
     return coordinates[:copied], vertices, corners[:used], sizes[:polygons], 0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _blank(character: int) -> bool:
     return character in (_SPACE, _TAB)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _ends(character: int) -> bool:
     """Whether a word ends before this character."""
     return _blank(character) or character in (_NEWLINE, _RETURN, _HASH)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _past_blanks(text: Bytes, at: int) -> int:
     while at < len(text) - 1 and _blank(text[at]):
         at += 1
     return at
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _integer(text: Bytes, at: int) -> tuple[int, int]:
     """The integer at a place, 0 where there is none, and where it ends."""
     negative = text[at] == _MINUS

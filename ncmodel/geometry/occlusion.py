@@ -17,12 +17,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ncmodel.camera import Camera
 from ncmodel.geometry.areas import Indices
 from ncmodel.geometry.raycast import RayScene
+from ncmodel.kernels import kernel
 from ncmodel.types import Floats, Ints, LineSet, Mask
 
 TOUCH = 1e-5
@@ -100,7 +100,7 @@ class Occlusion:
         return free
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _fold_reach(face: Ints, surface: Smooth, eye: Floats) -> Floats:
     """(S,) how far before a line on each `face` its own fold may be met; 0 where there is none."""
     reach = np.zeros(len(face))
@@ -116,7 +116,7 @@ def _fold_reach(face: Ints, surface: Smooth, eye: Floats) -> Floats:
     return reach
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _near_fold(surface: Smooth, face: int, eye: Floats, roughness: float) -> bool:
     """Whether the smooth surface may turn from the eye within a face or two.
 
@@ -135,7 +135,7 @@ def _near_fold(surface: Smooth, face: int, eye: Floats, roughness: float) -> boo
     return bool(max(low, -high) <= roughness * off)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _judge(
     points: Floats, face: Ints, reach: Floats, hit: Ints, before: Floats, surface: Smooth, eye: Floats, touch: float
 ) -> NDArray[np.int8]:
@@ -159,7 +159,7 @@ def _judge(
     return state
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _turned_alike(surface: Smooth, one: int, other: int) -> bool:
     """Whether the mean normals at two faces' corners are within the angle allowed for faces of one fold."""
     normals = surface.normals
@@ -172,7 +172,7 @@ def _turned_alike(surface: Smooth, one: int, other: int) -> bool:
     return bool(ax * bx + ay * by + az * bz > SAME_WAY * math.sqrt(squares))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _distance_to_triangle(p: _Vector, a: _Vector, b: _Vector, c: _Vector) -> float:
     """Distance of a point to a triangle, which may be degenerate."""
     normal = _cross(_minus(b, a), _minus(c, a))
@@ -187,27 +187,27 @@ def _distance_to_triangle(p: _Vector, a: _Vector, b: _Vector, c: _Vector) -> flo
     return abs(_dot(_minus(p, a), normal)) / length if inside else nearest
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _row(rows: Floats, i: int) -> _Vector:
     return rows[i, 0], rows[i, 1], rows[i, 2]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _minus(a: _Vector, b: _Vector) -> _Vector:
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _dot(a: _Vector, b: _Vector) -> float:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _cross(a: _Vector, b: _Vector) -> _Vector:
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _unit(a: _Vector) -> _Vector:
     length = max(math.sqrt(_dot(a, a)), 1e-300)
     return a[0] / length, a[1] / length, a[2] / length

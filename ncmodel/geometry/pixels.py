@@ -3,10 +3,10 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ncmodel.geometry.areas import Indices
+from ncmodel.kernels import kernel
 from ncmodel.types import Floats, Image, Ints, ViewBuffers
 
 Images = NDArray[np.float32]
@@ -22,7 +22,7 @@ def shade(buffers: ViewBuffers, faces: Indices, vertices: Floats, normals: Float
     return np.asarray(_shaded(buffers.face, buffers.barycentric, faces, vertices, normals, eye))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _interpolated(face: Ints, barycentric: Floats, faces: Indices, values: Floats) -> Image:
     image = np.zeros(face.shape, dtype=np.float32)
     for row in range(face.shape[0]):
@@ -36,7 +36,7 @@ def _interpolated(face: Ints, barycentric: Floats, faces: Indices, values: Float
     return image
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _shaded(face: Ints, barycentric: Floats, faces: Indices, vertices: Floats, normals: Floats, eye: Floats) -> Images:
     images = np.ones((len(normals), face.shape[0], face.shape[1]), dtype=np.float32)
     for row in range(face.shape[0]):
@@ -56,7 +56,7 @@ def _shaded(face: Ints, barycentric: Floats, faces: Indices, vertices: Floats, n
     return images
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _blend(vectors: Floats, faces: Indices, f: int, weights: Floats) -> tuple[float, float, float]:
     """The weighted sum of the vectors at a face's corners."""
     i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
-from numba import njit
 from numpy.typing import NDArray
 
 from ncmodel.camera import Camera
 from ncmodel.geometry.areas import Indices
+from ncmodel.kernels import kernel
 from ncmodel.types import Floats, Ints, Mesh, ViewBuffers
 
 CHUNK = 1 << 18
@@ -124,7 +124,7 @@ class RayScene:
         return face, *_locate(face, found["u"], found["v"], self.vertices, self.faces, origins)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _approach(
     origins: Floats, directions: Floats, centre: Floats, radius: float
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -144,7 +144,7 @@ def _approach(
     return starts, unit
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _locate(
     face: Ints, u: NDArray[np.float32], v: NDArray[np.float32], vertices: Floats, faces: Indices, origins: Floats
 ) -> tuple[Floats, Floats, Floats]:

@@ -3,10 +3,10 @@
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ncmodel.geometry.areas import Indices, check_columns
+from ncmodel.kernels import kernel
 
 Offsets = NDArray[np.int32]
 """Where the rows of each vertex start in a list."""
@@ -31,7 +31,7 @@ def rings_of(faces: Indices, vertex_count: int) -> Rings:
     return Rings(*_gathered(faces, vertex_count))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _gathered(faces: Indices, vertex_count: int) -> tuple[Offsets, Indices, Indices]:
     check_columns(faces, 3)
     starts = np.zeros(vertex_count + 1, dtype=np.int32)

@@ -3,11 +3,11 @@
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ncmodel.geometry.areas import Indices, check_columns
 from ncmodel.geometry.rings import Offsets, Rings
+from ncmodel.kernels import kernel
 from ncmodel.types import Floats
 
 CUT = 6.25
@@ -50,7 +50,7 @@ def median_side(vertices: Floats, rings: Rings) -> float:
     return float(np.median(np.linalg.norm(vertices[rings.around[:, 0]] - vertices[start], axis=1)))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _neighbours(starts: Offsets, around: Indices) -> tuple[Offsets, Indices]:
     """Neighbours of vertex v, each once: `neighbours[first[v] : first[v + 1]]`."""
     first = np.zeros(len(starts), dtype=np.int32)
@@ -68,7 +68,7 @@ def _neighbours(starts: Offsets, around: Indices) -> tuple[Offsets, Indices]:
     return first, neighbours[:size].copy()
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _patches(starts: Offsets, neighbours: Indices) -> tuple[Indices, Indices]:
     """All vertices, in patches of up to `PATCH` connected ones: patch p is `vertices[first[p] : first[p + 1]]`."""
     vertices = np.empty(len(starts) - 1, dtype=np.uint32)
@@ -93,7 +93,7 @@ def _patches(starts: Offsets, neighbours: Indices) -> tuple[Indices, Indices]:
     return vertices, first[: patches + 1].copy()
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _diffused(rows: Floats, starts: Offsets, neighbours: Indices, reach: Floats) -> Floats:
     """Unit normals (levels, V, 3) averaged over neighbours within squared distances `reach`, ascending.
 
@@ -128,7 +128,7 @@ def _diffused(rows: Floats, starts: Offsets, neighbours: Indices, reach: Floats)
     return smooth
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _search(
     patch: Indices,
     own: Floats,
@@ -180,7 +180,7 @@ def _search(
     return size
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _near(own: Floats, rows: Floats, q: int, reach: float) -> np.uint64:
     """A bit for each vertex of a patch: is q within `reach`, and turned the same way within 90 degrees?"""
     x, y, z, nx, ny, nz = rows[q, 0], rows[q, 1], rows[q, 2], rows[q, 3], rows[q, 4], rows[q, 5]
@@ -194,7 +194,7 @@ def _near(own: Floats, rows: Floats, q: int, reach: float) -> np.uint64:
     return mask
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _add_up(
     met: Indices, count: int, own: Floats, rows: Floats, masks: NDArray[np.uint64], reach: Floats, total: Floats
 ) -> None:
@@ -227,7 +227,7 @@ def _add_up(
             _add_weighted(square, weight, inverse, nx, ny, nz, total[level, 0], total[level, 1], total[level, 2])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _add_weighted(
     square: Floats, weight: Floats, inverse: float, x: float, y: float, z: float, xs: Floats, ys: Floats, zs: Floats
 ) -> None:

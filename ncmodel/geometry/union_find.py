@@ -1,11 +1,10 @@
 """Disjoint sets in an array of parents."""
 
-from numba import njit
-
+from ncmodel.kernels import kernel
 from ncmodel.types import Ints
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def root(parent: Ints, i: int) -> int:
     """The representative of i's set; shortens the way to it."""
     while parent[i] != i:

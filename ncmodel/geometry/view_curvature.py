@@ -13,10 +13,10 @@ numba doesn't. On a million faces half of the time would go into page faults.
 import math
 
 import numpy as np
-from numba import njit
 
 from ncmodel.geometry.areas import Indices, check_columns, sides_of
 from ncmodel.geometry.rings import Offsets
+from ncmodel.kernels import kernel
 from ncmodel.types import Floats
 
 GRAZING = 1e-8
@@ -33,7 +33,7 @@ def facing(vertices: Floats, normals: Floats, eye: Floats) -> Floats:
     return n_dot_v
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _face(vertices: Floats, normals: Floats, eye: Floats, n_dot_v: Floats) -> None:
     check_columns(vertices, 3)
     check_columns(normals, 3)
@@ -44,7 +44,7 @@ def _face(vertices: Floats, normals: Floats, eye: Floats, n_dot_v: Floats) -> No
         n_dot_v[i] = dot / length if length > TINY else 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def facing_slope(vertices: Floats, faces: Indices, n_dot_v: Floats, eye: Floats) -> Floats:
     """Derivative of n.v towards the eye (V,), in the mean over the faces around.
 
@@ -87,7 +87,7 @@ def radial_curvature(
     return found[0], found[1:]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _bend(vertices: Floats, normals: Floats, curvatures: Floats, dir1: Floats, eye: Floats, found: Floats) -> None:
     check_columns(vertices, 3)
     check_columns(normals, 3)
@@ -112,7 +112,7 @@ def radial_derivative(curvatures: Floats, derivative: Floats, uv: Floats, n_dot_
     return numerator
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _derive_radial(curvatures: Floats, derivative: Floats, uv: Floats, n_dot_v: Floats, numerator: Floats) -> None:
     check_columns(curvatures, 2)
     check_columns(derivative, 4)
@@ -133,7 +133,7 @@ def view_dependent_curvature(curvatures: Floats, uv: Floats, n_dot_v: Floats) ->
     return found[0], found[1:]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _bend_in_view(curvatures: Floats, uv: Floats, n_dot_v: Floats, found: Floats) -> None:
     check_columns(curvatures, 2)
     for i in range(len(curvatures)):
@@ -188,7 +188,7 @@ def view_dependent_derivative(
     return derivative, direction
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _derive_in_view(
     vertices: Floats,
     normals: Floats,

@@ -9,13 +9,13 @@ dropped.
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ncmodel.camera import Camera
 from ncmodel.geometry.occlusion import HIDDEN, SEEN, Occlusion, Smooth
 from ncmodel.geometry.raycast import RayScene
 from ncmodel.geometry.strokes import Chains, chain
+from ncmodel.kernels import kernel
 from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mask
 
 MESH_EDGES = (LineFamily.BOUNDARIES, LineFamily.CREASES)
@@ -126,7 +126,7 @@ def _smooth(state: NDArray[np.int8], samples: _Samples, chains: Chains) -> Mask:
     return seen
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _along_chains(segment: Ints, flipped: Mask, first: Ints, first_sample: Ints) -> tuple[Ints, Ints]:
     """The samples of chained segments in the order in which chains pass them, and where each chain starts."""
     order = np.empty(first_sample[-1], np.int64)
@@ -142,7 +142,7 @@ def _along_chains(segment: Ints, flipped: Mask, first: Ints, first_sample: Ints)
     return order[:filled], bounds
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _without_flicker(state: NDArray[np.int8], pixels: Floats, bounds: Ints) -> Mask:
     """Which samples count as seen: gaps are closed first, then specks dropped."""
     seen = state >= SEEN

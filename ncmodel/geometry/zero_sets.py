@@ -1,9 +1,9 @@
 """Zero sets of scalars on a mesh: occluding and suggestive contours (docs/geometry.md 7)."""
 
 import numpy as np
-from numba import njit
 
 from ncmodel.geometry.areas import Indices, check_columns
+from ncmodel.kernels import kernel
 from ncmodel.types import Floats, Ints, LineFamily, LineSet
 
 VANISHING = 1e-30
@@ -44,7 +44,7 @@ def suggestive_contours(
     return LineSet(LineFamily.SUGGESTIVE, points, index, feature, denominator, feature_size**2)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _zero_set(
     vertices: Floats, faces: Indices, value: Floats, numerator: Floats, denominator: Floats, culling: Floats
 ) -> tuple[Ints, Floats, Floats, Floats]:
@@ -97,7 +97,7 @@ def _zero_set(
     return index[:size], points[:size], tops[:size], bottoms[:size]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _crossed_faces(faces: Indices, value: Floats, culling: Floats) -> Indices:
     """Faces where `value` takes both signs and `culling`, if any, is somewhere positive."""
     check_columns(faces, 3)
@@ -119,13 +119,13 @@ def _crossed_faces(faces: Indices, value: Floats, culling: Floats) -> Indices:
     return found[:kept].copy()
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _at(values: Floats, i: int, j: int, w: float) -> float:
     """Linear interpolation from vertex i (w = 0) to j (w = 1); 1 where there are no values."""
     return values[i] + w * (values[j] - values[i]) if len(values) else 1.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _agreeing(n0: float, n1: float, d0: float, d1: float) -> tuple[float, float, float, float]:
     """The parts of [0, 1] where n >= 0 exactly when d >= 0, both linear: [a, b] and [c, d], empty where not a < b."""
     cut_n = n0 / (n0 - n1) if (n0 >= 0.0) != (n1 >= 0.0) else 1.0
@@ -136,7 +136,7 @@ def _agreeing(n0: float, n1: float, d0: float, d1: float) -> tuple[float, float,
     return first, second, 1.0, 1.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _same_sign(n0: float, n1: float, d0: float, d1: float, at: float) -> tuple[float, float]:
     """Both quantities at a cut or an end; where rounding gives them unlike signs, the one that is cut there vanishes.
 
@@ -151,7 +151,7 @@ def _same_sign(n0: float, n1: float, d0: float, d1: float, at: float) -> tuple[f
     return n, d
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _nowhere(i: int, j: int, k: int, numerator: Floats, denominator: Floats) -> bool:
     """Whether numerator and denominator disagree in sign, or vanish, at all three corners in the same way."""
     if len(numerator) == 0:
