@@ -120,13 +120,9 @@ def visible_segments(view: "View", family: LineFamily, plan: Plan, sample_pixels
         plan: The thresholds.
         sample_pixels: Distance along the picture of the points at which visibility is decided.
     """
-    from ncmodel.geometry.sharp import are_lines
-
     threshold, unit = plan.thresholds.of(family) or 0.0, plan.thresholds.unit
     p90 = _percentile(view, family, plan) if family in FILTERED_FAMILIES and unit == "p90" else 1.0
     lines = view.candidates(family)
-    if family is LineFamily.CREASES:
-        lines = lines.take(are_lines(lines.points))
     # Weak lines are the most numerous; what the threshold takes away needs no rays.
     strong = lines.take(survivors(lines, threshold, unit, p90))
     return fade(view.unhidden(strong, sample_pixels), threshold, unit, p90)

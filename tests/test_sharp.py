@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ncmodel.camera import Camera
-from ncmodel.geometry.sharp import parted
+from ncmodel.geometry.sharp import crease_lines, parted
 from ncmodel.geometry.surface import Surface
 from ncmodel.geometry.view import View
 from ncmodel.types import Floats, Ints, LineFamily, Mesh
@@ -68,6 +68,46 @@ def test_can_is_outlined_by_two_straight_contours() -> None:
     lines = View(parted(surface(can()), 40.0), camera).visible(LineFamily.CONTOURS)
     assert np.linalg.norm(lines.points[:, 1] - lines.points[:, 0], axis=1).sum() == pytest.approx(2.0, rel=0.02)
     assert np.ptp(np.abs(lines.points[..., 0])) < 0.01
+
+
+def prism(sides: int, rows: int = 8) -> Geometry:
+    """An open tube with flat sides, each one quad wide."""
+    return analytic.cylinder(rows, sides)
+
+
+def ragged(zigzag: float, height: float, teeth: int = 20) -> Geometry:
+    """Two flat strips that meet along a line which zigzags in plan, at an angle that `height` sets."""
+    x = np.arange(teeth + 1) / teeth
+    middle = np.stack([x, zigzag / teeth * (-1.0) ** np.arange(teeth + 1), 0 * x + height], axis=1)
+    left, right = (np.stack([x, 0 * x + side, 0 * x], axis=1) for side in (-1.0, 1.0))
+    vertices, n = np.concatenate([left, middle, right]), teeth + 1
+    i = np.arange(teeth)
+    strips = [np.stack([i + a, i + a + 1, i + a + n + 1], 1) for a in (0, n)]
+    strips += [np.stack([i + a, i + a + n + 1, i + a + n], 1) for a in (0, n)]
+    return vertices, np.concatenate(strips)
+
+
+@pytest.mark.parametrize("sides", [6, 8])
+def test_even_edges_are_lines_however_weak(sides: int) -> None:
+    tube = surface(prism(sides))
+    assert len(tube.creases(40.0)) == len(crease_lines(tube, 40.0)) == sides * 7
+
+
+@pytest.mark.parametrize(("height", "drawn"), [(0.45, 0), (0.9, 20)])
+def test_weak_zigzags_are_no_lines_and_strong_ones_are(height: float, drawn: int) -> None:
+    bent = surface(ragged(0.2, height))
+    middle = bent.creases(40.0)
+    assert len(middle) == 20
+    assert len(crease_lines(bent, 40.0)) == drawn
+    assert (parted(bent, 40.0) is bent) == (drawn == 0)
+    view = View(bent, Camera((0.5, 0.0, 4.0), target=(0.5, 0.0, 0.0)), 40.0)
+    assert len(view.lines(LineFamily.CREASES)) == 20
+    assert len(view.candidates(LineFamily.CREASES)) == drawn
+
+
+def test_weak_lines_that_run_straight_stay() -> None:
+    bent = surface(ragged(0.0, 0.5))
+    assert len(crease_lines(bent, 40.0)) == 20
 
 
 def test_what_belongs_to_the_whole_stays() -> None:

@@ -5,50 +5,102 @@ other lines with them. Parted at edges sharper than an angle, each side keeps it
 end at those edges. That suits drawings that show creases, too: where a part ends, the crease is the outline.
 """
 
+import math
+
 import numpy as np
-from numba import njit
 
 from ncmodel.geometry.areas import Indices, sides_of
 from ncmodel.geometry.edges import Edges
 from ncmodel.geometry.raycast import RayScene
 from ncmodel.geometry.rings import Rings
-from ncmodel.geometry.strokes import connected
+from ncmodel.geometry.strokes import chain, connected
 from ncmodel.geometry.surface import CREASE_ANGLE, Surface
 from ncmodel.geometry.union_find import root
+from ncmodel.kernels import kernel
 from ncmodel.stages import timed
 from ncmodel.types import Floats, Ints, Mask, Mesh
 
 CREASE_EDGES = 16
 CREASE_LENGTH = 0.05
 """Connected creases of fewer edges than `CREASE_EDGES`, and shorter than this share of the object, are roughness."""
+STRONG = 1.5
+"""Creases sharper than this times the least angle are strong."""
+STRONG_SHARE = 0.25
+RAGGED = math.radians(20.0)
+"""Connected creases of which a smaller share is strong, and whose turns change by more than this from edge to edge (the
+median), are bits of a rounded edge."""
 
 
 def parted(surface: Surface, angle_degrees: float) -> Surface:
-    """The surface parted at its creases, edges sharper than `angle_degrees`; `surface` itself if it has none.
+    """The surface parted at its `crease_lines`; `surface` itself if it has none.
 
     It is made once for each angle.
     """
     if angle_degrees not in surface.parted:
-        creases, rings, normals = surface.creases(angle_degrees), surface.rings, surface.normals
+        creases, rings, normals = crease_lines(surface, angle_degrees), surface.rings, surface.normals
         with timed(surface.trace, "parted"):
-            surface.parted[angle_degrees] = _parted_at(surface, creases.ends, rings, normals)
+            surface.parted[angle_degrees] = _parted_at(surface, creases, rings, normals)
     return surface.parted[angle_degrees]
 
 
-def are_lines(creases: Floats) -> Mask:
-    """(S,) True for (S, 2, 3) creases that are connected to enough others to be a line and not a rough spot."""
-    run = connected(creases)
-    length = np.bincount(run, np.linalg.norm(creases[:, 1] - creases[:, 0], axis=1))
-    return np.asarray((np.bincount(run)[run] >= CREASE_EDGES) | (length[run] >= CREASE_LENGTH))
+def crease_lines(surface: Surface, angle_degrees: float) -> Edges:
+    """The creases that are lines and neither rough spots nor bits of a rounded edge.
+
+    Where few triangles span a rounded edge, some of their sides happen to bend by more than the angle: fragments that
+    zigzag along it and are hardly anywhere bent by much more. Edges of a form are bent sharply, or run evenly.
+    """
+    creases = surface.creases(angle_degrees)
+    if len(creases) == 0:
+        return creases
+    count = len(surface.mesh.vertices)
+    points = surface.mesh.vertices[creases.ends]
+    run = connected(points)
+    length = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
+    total = np.bincount(run, length)
+    strong = np.isin(_keys(creases, count), _keys(surface.creases(STRONG * angle_degrees), count))
+    large = (np.bincount(run) >= CREASE_EDGES) | (total >= CREASE_LENGTH)
+    sharp = np.bincount(run, length * strong) >= STRONG_SHARE * total
+    kept = (large & (sharp | (_raggedness(points, run) <= RAGGED)))[run]
+    return Edges(creases.ends[kept], creases.face[kept])
 
 
-def _parted_at(surface: Surface, ends: Ints, rings: Rings, normals: Floats) -> Surface:
-    """The surface parted at those of the edges with the given (n, 2) ends that are lines."""
-    vertices, faces, count = surface.mesh.vertices, surface.faces, len(surface.mesh.vertices)
-    ends = ends[are_lines(vertices[ends])]
-    creases = np.unique(ends.min(axis=1) * count + ends.max(axis=1))
+def _raggedness(points: Floats, run: Ints) -> Floats:
+    """(R,) how much the turn from one segment to the next changes along lines, radians: the median of each run.
+
+    Straight lines, circles and polygons of many corners have none; corners here and there don't count.
+
+    Args:
+        points: (S, 2, 3) segments.
+        run: (S,) the run of each, from 0.
+    """
+    chains = chain(points)
+    way = np.where(chains.flipped, -1.0, 1.0)[:, None] * (points[chains.segment, 1] - points[chains.segment, 0])
+    axis = np.cross(way[:-1], way[1:])
+    sine, cosine = np.linalg.norm(axis, axis=1), np.einsum("ij,ij->i", way[:-1], way[1:])
+    turn = axis * (np.arctan2(sine, cosine) / np.maximum(sine, 1e-300))[:, None]
+    change = np.linalg.norm(np.diff(turn, axis=0), axis=1)
+    inner = np.ones(len(way), dtype=np.bool_)
+    inner[chains.first[:-1]] = inner[chains.first[1:] - 1] = False
+    change, run_of = change[inner[1:-1]], run[chains.segment[inner]]
+    ordered = change[np.lexsort((change, run_of))]
+    number = np.bincount(run_of, minlength=run.max() + 1)
+    middle = np.cumsum(number) - number + (number - 1) // 2
+    median = np.zeros(len(number))
+    median[number > 0] = ordered[middle[number > 0]]
+    return median
+
+
+def _keys(edges: Edges, count: int) -> Ints:
+    """(n,) a number for each edge of a mesh with `count` vertices."""
+    return np.asarray(edges.ends.min(axis=1) * count + edges.ends.max(axis=1))
+
+
+def _parted_at(surface: Surface, edges: Edges, rings: Rings, normals: Floats) -> Surface:
+    """The surface parted at some of its edges."""
+    vertices, faces = surface.mesh.vertices, surface.faces
+    creases = np.unique(_keys(edges, len(vertices)))
     # Where a sheet's two sides share vertices, their normals cancel, and some face looks away from what is left.
-    suspects = np.union1d(ends, np.flatnonzero(_strays(vertices, faces, normals)))
+    suspects = np.union1d(edges.ends, np.flatnonzero(_strays(vertices, faces, normals)))
     new_faces, doubled = _part(vertices, faces, rings, suspects, creases)
     if len(doubled) == 0:
         return surface
@@ -79,7 +131,7 @@ class _Parted(Surface):
         return self.whole.creases(angle_degrees)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _strays(vertices: Floats, faces: Indices, normals: Floats) -> Mask:
     """(V,) True where a face looks away from the vertex normal."""
     found = np.zeros(len(vertices), dtype=np.bool_)
@@ -92,7 +144,7 @@ def _strays(vertices: Floats, faces: Indices, normals: Floats) -> Mask:
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _part(vertices: Floats, faces: Indices, rings: Rings, suspects: Ints, creases: Ints) -> tuple[Indices, Ints]:
     """Part the corners around each of the vertices `suspects` into fans of faces joined by edges that are no creases.
 
@@ -141,13 +193,13 @@ def _part(vertices: Floats, faces: Indices, rings: Rings, suspects: Ints, crease
     return parted, np.array(source)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _is_flat(vertices: Floats, faces: Indices, f: int) -> bool:
     """Whether a face is degenerate."""
     return sides_of(vertices, faces[f, 0], faces[f, 1], faces[f, 2])[1]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@kernel
 def _replace(faces: Indices, f: int, old: int, new: int) -> None:
     for c in range(3):
         if faces[f, c] == old:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ncmodel.camera import Camera
-from ncmodel.geometry import extrema, pixels, view_curvature, zero_sets
+from ncmodel.geometry import extrema, pixels, sharp, view_curvature, zero_sets
 from ncmodel.geometry.surface import CREASE_ANGLE, Surface
 from ncmodel.stages import stage, timed
 from ncmodel.types import Floats, Image, LineFamily, LineSet, ViewBuffers
@@ -135,9 +135,17 @@ class View:
         """The lines of a family that may be seen, at threshold 0.
 
         They are `lines` except for occluding contours, which are `outlines`: rays tell what is hidden, so curvature
-        isn't needed.
+        isn't needed; and for creases, of which bits of rough surfaces and of rounded edges are left out.
         """
-        return self.outlines if family is LineFamily.CONTOURS else self.lines(family)
+        if family is LineFamily.CONTOURS:
+            return self.outlines
+        return self.crease_lines if family is LineFamily.CREASES else self.lines(family)
+
+    @stage
+    def crease_lines(self) -> LineSet:
+        """The creases that are lines."""
+        edges = sharp.crease_lines(self.surface, self.crease_angle)
+        return edges.lines(LineFamily.CREASES, self.mesh.vertices)
 
     def unhidden(self, lines: LineSet, sample_pixels: float = 1.0) -> LineSet:
         """The parts of lines that the camera sees.
