@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numba import njit
 
+from ncmodel.kernels import kernel
 from ncmodel.types import Floats, Ints, Mask, Stroke
 
 LEAF = 8
@@ -31,7 +31,7 @@ def pen_order(strokes: Sequence[Stroke]) -> tuple[Stroke, ...]:
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _nearest_next(ends: Floats) -> tuple[Ints, Mask]:
     """Greedy tour over strokes with ends 2i and 2i + 1, from the origin: the order, and which are drawn backwards."""
     count = len(ends) // 2
@@ -51,7 +51,7 @@ def _nearest_next(ends: Floats) -> tuple[Ints, Mask]:
     return order, reverse
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _tree(points: Floats) -> tuple[Ints, Floats, Ints]:
     """A balanced tree over (N, 2) points: node i has the children 2i + 1 and 2i + 2, each with half of its items.
 
@@ -80,7 +80,7 @@ def _tree(points: Floats) -> tuple[Ints, Floats, Ints]:
     return item, boxes, left
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _nearest(ends: Floats, item: Ints, boxes: Floats, left: Ints, drawn: Mask, x: float, y: float) -> int:
     """The end nearest to (x, y) of a stroke not drawn yet; there is one."""
     best, found = np.inf, -1
@@ -105,7 +105,7 @@ def _nearest(ends: Floats, item: Ints, boxes: Floats, left: Ints, drawn: Mask, x
     return found
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _squared_distance(box: Floats, x: float, y: float) -> float:
     """From a point to a box."""
     dx = max(box[0] - x, 0.0, x - box[2])
@@ -113,7 +113,7 @@ def _squared_distance(box: Floats, x: float, y: float) -> float:
     return float(dx * dx + dy * dy)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _strike(left: Ints, place: int, count: int) -> None:
     """Take the item at a place in the order of leaves out of the counts of all nodes above it."""
     node, first, last = 0, 0, count

@@ -8,10 +8,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from ncmodel.camera import Camera
 from ncmodel.geometry.union_find import root
+from ncmodel.kernels import kernel
 from ncmodel.types import Floats, Ints, Mask, Segments, Stroke
 
 TOLERANCE = 0.25
@@ -92,7 +92,7 @@ def _cells(scaled: Floats) -> Ints:
     return number
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _joined(aligned: Ints, shifted: Ints) -> Ints:
     """Numbers in which points are equal that share a number in either argument, or are linked by such points."""
     parent = np.arange(aligned.max() + 1)
@@ -124,7 +124,7 @@ def _link(ends: Ints, points: Floats) -> Ints:
     return _pair(ends[order], order, points)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _pair(sorted_nodes: Ints, order: Ints, points: Floats) -> Ints:
     partner = np.full(len(order), -1)
     start = 0
@@ -140,7 +140,7 @@ def _pair(sorted_nodes: Ints, order: Ints, points: Floats) -> Ints:
     return partner
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _pair_straightest(ends: Ints, points: Floats, partner: Ints) -> None:
     """Join the ends that meet in one point, the straightest pair first."""
     if len(ends) > CROWD:
@@ -158,7 +158,7 @@ def _pair_straightest(ends: Ints, points: Floats, partner: Ints) -> None:
         partner[a], partner[b] = b, a
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _straightness(points: Floats, i: int, j: int) -> float:
     """Cosine of the turn when passing from the segment of end i to that of end j."""
     product, first, second = 0.0, 0.0, 0.0
@@ -171,7 +171,7 @@ def _straightness(points: Floats, i: int, j: int) -> float:
     return product / max(math.sqrt(first * second), 1e-300)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _trace(partner: Ints) -> tuple[Ints, Mask, Ints]:
     """Walk the links: open chains from their free ends first, then the loops."""
     count = len(partner) // 2
@@ -239,7 +239,7 @@ def _spurs(points: Floats, first: Ints, short: Mask) -> Mask:
     return np.asarray(short & (np.isin(node[first[:-1]], taken) | np.isin(node[first[1:] - 1], taken)))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _simplify(points: Floats, alpha: Floats, first: Ints, tolerance: float, alpha_tolerance: float) -> Mask:
     """Douglas and Peucker's choice of points: True for the (N,) points that stay.
 
@@ -269,7 +269,7 @@ def _simplify(points: Floats, alpha: Floats, first: Ints, tolerance: float, alph
     return kept
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _deviation(points: Floats, alpha: Floats, a: int, b: int, i: int) -> tuple[float, float]:
     """How far point i is from the straight line a-b in pixels, and from its opacity there."""
     dx, dy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
