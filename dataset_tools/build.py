@@ -1,11 +1,10 @@
 """From mesh files to views with their candidates: resumable, the same bytes whatever the number of workers."""
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext, suppress
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from dataset_tools.work import ShapeTask, clean_shape, make_views
 from ncmodel.config import read_config, write_config
 from ncmodel.errors import InputError
 from ncmodel.files import write_text
+from ncmodel.progress import Progress, silent
 
 INDEX_SECONDS = 5.0
 """How often `index.csv` is brought up to date during a build."""
@@ -42,22 +42,6 @@ class Summary:
     def count(self, status: str) -> int:
         """Views in this state."""
         return sum(row.status == status for row in self.rows)
-
-
-class Advance(Protocol):
-    """Called after each finished item."""
-
-    def __call__(self, note: str = "") -> None:
-        """Note that an item is finished."""
-
-
-Progress = Callable[[str, int], AbstractContextManager[Advance]]
-"""Title and number of items -> what is called after each of them."""
-
-
-def silent(title: str, total: int) -> AbstractContextManager[Advance]:
-    """Progress that says nothing."""
-    return nullcontext(lambda note="": None)
 
 
 def build_dataset(

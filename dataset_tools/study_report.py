@@ -1,34 +1,16 @@
 """The perceptual study as an HTML report: the paper's bar chart with counts and confidence intervals."""
 
-import math
 from collections.abc import Mapping
+from dataclasses import astuple
 from pathlib import Path
 
 from scipy.stats import binomtest
 
 from dataset_tools.study import Preference
 from dataset_tools.study_answers import StudyResult
+from ncmodel.intervals import wilson_interval
 from ncmodel.plots import bar_plot
 from ncmodel.report import Block, Cell, Facts, Section, Table, Text, write_report
-
-CONFIDENCE = 0.95
-_Z = 1.959963984540054
-
-Interval = tuple[float, float]
-
-
-def wilson(count: int, total: int) -> Interval:
-    """Wilson's 95 % interval of a share; the whole range where there is nothing to count.
-
-    References:
-        E. B. Wilson, Probable inference, the law of succession, and statistical inference, 1927.
-    """
-    if total == 0:
-        return 0.0, 1.0
-    share, z2 = count / total, _Z * _Z / total
-    middle = (share + z2 / 2) / (1 + z2)
-    reach = _Z * math.sqrt(share * (1 - share) / total + z2 / (4 * total)) / (1 + z2)
-    return max(0.0, middle - reach), min(1.0, middle + reach)
 
 
 def summary(found: StudyResult, ours: str) -> dict[str, object]:
@@ -56,7 +38,7 @@ def _figures(counts: Mapping[Preference, int]) -> dict[str, object]:
             preference.value: {
                 "count": counts.get(preference, 0),
                 "share": counts.get(preference, 0) / max(1, total),
-                "interval": list(wilson(counts.get(preference, 0), total)),
+                "interval": list(astuple(wilson_interval(counts.get(preference, 0), total))),
             }
             for preference in Preference
         },
@@ -91,20 +73,20 @@ def _against(ours: str, rival: str, counts: Mapping[Preference, int]) -> list[Bl
     total = sum(counts.values())
     names = {Preference.OURS: ours, Preference.RIVAL: rival, Preference.BOTH: "both", Preference.NONE: "none"}
     shares = [100 * counts.get(preference, 0) / max(1, total) for preference in names]
-    low_high = [wilson(counts.get(preference, 0), total) for preference in names]
+    intervals = [wilson_interval(counts.get(preference, 0), total) for preference in names]
     decided = counts.get(Preference.OURS, 0) + counts.get(Preference.RIVAL, 0)
     p_value = binomtest(counts.get(Preference.OURS, 0), decided).pvalue if decided else 1.0
     caption = f"{total} consistent answers; sign test of {ours} against {rival}: p = {p_value:.2g}."
     rows = [
         (name, Cell(str(counts.get(preference, 0)), counts.get(preference, 0)), Cell(f"{share:.1f} %", share,
-         note=f"{100 * low:.0f} to {100 * high:.0f}"))
-        for (preference, name), share, (low, high) in zip(names.items(), shares, low_high, strict=True)
+         note=f"{100 * interval.low:.0f} to {100 * interval.high:.0f}"))
+        for (preference, name), share, interval in zip(names.items(), shares, intervals, strict=True)
     ]  # fmt: skip
     return [
         bar_plot(
             list(names.values()),
             shares,
-            [(100 * low, 100 * high) for low, high in low_high],
+            [(100 * interval.low, 100 * interval.high) for interval in intervals],
             y_label="% of answers",
             caption=caption,
         ),

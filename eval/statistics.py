@@ -8,21 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ncmodel.intervals import CONFIDENCE, Interval, wilson_interval
 from ncmodel.types import Floats
 
-CONFIDENCE = 0.95
 RESAMPLES = 2000
-
-
-@dataclass(frozen=True)
-class Interval:
-    """A confidence interval, `low` <= `high`."""
-
-    low: float
-    high: float
-
-    def __contains__(self, value: float) -> bool:
-        return self.low <= value <= self.high
 
 
 @dataclass(frozen=True)
@@ -42,20 +31,6 @@ class PairAccuracy:
     shapes: int
     wilson: Interval
     bootstrap: Interval
-
-
-def wilson_interval(successes: float, trials: int, confidence: float = CONFIDENCE) -> Interval:
-    """Wilson's score interval for a share (Wilson 1927); (0, 1) without trials."""
-    if trials == 0:
-        return Interval(0.0, 1.0)
-    from scipy.stats import norm
-
-    z = float(norm.ppf(0.5 + confidence / 2.0))
-    share = successes / trials
-    centre = share + z * z / (2.0 * trials)
-    half = z * float(np.sqrt(share * (1.0 - share) / trials + z * z / (4.0 * trials * trials)))
-    scale = 1.0 + z * z / trials
-    return Interval(max(0.0, (centre - half) / scale), min(1.0, (centre + half) / scale))
 
 
 def resampled_means(values: Floats, clusters: Sequence[Hashable], seed: int = 0, resamples: int = RESAMPLES) -> Floats:

@@ -9,8 +9,9 @@ import numpy as np
 
 from eval.evaluation import Evaluation, Score, Settings, targets
 from eval.metrics import LOWER_IS_BETTER, MEASURES, Measures
-from eval.statistics import Interval, percentile_interval, resampled_means
+from eval.statistics import percentile_interval, resampled_means
 from ncmodel.errors import UsageError
+from ncmodel.intervals import Interval
 from ncmodel.report import Cell, Table
 from ncmodel.types import Floats, Image, Mask
 

@@ -6,7 +6,7 @@ All randomness of a pass comes from (seed, stage, pass), so the state needs no g
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,17 +18,10 @@ from torch import Tensor, nn
 from ncmodel.errors import UsageError
 from ncmodel.nets.checkpoints import Tensors, load_tensors, save_tensors
 from ncmodel.objectives import Measures, Objective
+from ncmodel.progress import Progress, silent
 
 STAGES = ("ranker", "translator", "finetune")
 STATE_KIND = "neural-contours training state"
-
-Advance = Callable[[str], None]
-Progress = Callable[[str, int], AbstractContextManager[Advance]]
-
-
-def silent(title: str, total: int) -> AbstractContextManager[Advance]:
-    """Progress that no one sees."""
-    return nullcontext(lambda note: None)
 
 
 @dataclass(frozen=True)

@@ -20,13 +20,14 @@ from torch import nn
 from ncmodel.data import DataFolder, Pair, read_pairs
 from ncmodel.errors import InputError, UsageError
 from ncmodel.files import write_text
-from ncmodel.fit import STAGES, Plan, Progress, Progressed, fit, silent
+from ncmodel.fit import STAGES, Plan, Progressed, fit
 from ncmodel.nets.blocks import WIDE, initialise, threads_for
 from ncmodel.nets.checkpoints import Checkpoint, load_checkpoint, save_checkpoint
 from ncmodel.nets.presets import Preset, Rates
 from ncmodel.nets.ranking import RankingModule
 from ncmodel.nets.translation import TranslationBranch
 from ncmodel.objectives import FinetuneObjective, Measures, Objective, RankerObjective, TranslatorObjective
+from ncmodel.progress import Progress, silent
 
 N = TypeVar("N", bound=nn.Module)
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from eval.statistics import Interval, pair_accuracy, percentile_interval, resampled_means, wilson_interval
+from eval.statistics import pair_accuracy, percentile_interval, resampled_means
+from ncmodel.intervals import Interval, wilson_interval
 
 
 @pytest.mark.parametrize(

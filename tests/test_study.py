@@ -18,7 +18,7 @@ from dataset_tools.site_batch import SiteBatch
 from dataset_tools.study import BOTH, Preference, StudyKey, StudyScheme, build_study
 from dataset_tools.study_answers import PairAnswer, evaluate_study, ingest_study, read_answers
 from dataset_tools.study_folders import Comparison, StudyFolders
-from dataset_tools.study_report import summary, wilson, write_study_report
+from dataset_tools.study_report import summary, write_study_report
 from dataset_tools.study_simulate import StudyCrowd, simulate_study
 from ncmodel.cli.main import main
 from ncmodel.errors import InputError, UsageError
@@ -148,14 +148,6 @@ def test_more_than_seven_inconsistent_is_unreliable_and_seven_is_not() -> None:
             second = Preference.RIVAL if number < wrong else Preference.OURS
             votes += answer("w", Preference.OURS, second, f"case{number}")
         assert ("w" in evaluate_study(votes).unreliable) is unreliable
-
-
-def test_wilson_interval() -> None:
-    """Values from the formula's usual worked example, and the ends."""
-    assert wilson(8, 10) == pytest.approx((0.4901625, 0.9433178), abs=1e-6)
-    assert wilson(0, 0) == (0.0, 1.0)
-    assert wilson(0, 20)[0] == 0.0
-    assert wilson(20, 20)[1] == 1.0
 
 
 def test_report(batch: Path, tmp_path: Path) -> None:

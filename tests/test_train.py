@@ -1,7 +1,7 @@
 """Training: it learns, it resumes exactly, its checkpoints say what they hold, and bad ones are refused in one line."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -30,6 +30,7 @@ from ncmodel.nets.presets import PRESETS, Preset, RankingDims, Rates, Translatio
 from ncmodel.nets.ranking import RankingModule
 from ncmodel.nets.translation import TranslationBranch
 from ncmodel.objectives import finetune_losses
+from ncmodel.progress import Advance
 from ncmodel.train import TrainOptions, run_training
 from tests.training_data import make_data
 
@@ -74,11 +75,11 @@ class Interrupted(Exception):
 
 
 @contextmanager
-def stop_after(passes: int) -> Iterator[Callable[[str], None]]:
+def stop_after(passes: int) -> Iterator[Advance]:
     """Progress that breaks off after some passes, as a kill would: after the state has been written."""
     left = passes
 
-    def advance(note: str) -> None:
+    def advance(note: str = "") -> None:
         nonlocal left
         left -= 1
         if left == 0:

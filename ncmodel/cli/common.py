@@ -5,20 +5,14 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any, Protocol
+from typing import Any
 
 from ncmodel.errors import UsageError
+from ncmodel.progress import Advance
 from ncmodel.types import FILTERED_FAMILIES, LineFamily
 
 LOG_INTERVAL_SECONDS = 10.0
 """How often progress is written when stderr is a file and not a terminal."""
-
-
-class Advance(Protocol):
-    """Called after each finished item; `note` says what it was."""
-
-    def __call__(self, note: str = "") -> None:
-        """Count one item."""
 
 
 def emit(record: Any, as_json: bool, text: str = "") -> None:
