@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from ncmodel.drawing import Drawing
 
 CONTACT_SHEET = "contact-sheet.png"
+THUMBNAIL = 256
+"""Longest side of a drawing on the contact sheet, pixels."""
+THUMBNAIL_WIDTH = 4.0
+"""Line width, at 768, of drawings that are to be scaled down: thinner lines would turn grey."""
 
 
 def register(app: typer.Typer) -> None:
@@ -138,9 +142,8 @@ def _draw_file(job: _Job, mesh: Path) -> None:
 
 def _draw_folder(job: _Job, meshes: list[Path]) -> None:
     """Every mesh to a file of its name, and all of them on a contact sheet; failures are told at the end."""
-    from ncmodel.contact_sheet import THUMBNAIL_WIDTH, contact_sheet, thumbnail
     from ncmodel.drawing import SUFFIXES
-    from ncmodel.pictures import write_png
+    from ncmodel.pictures import Tile, contact_sheet, from_ink, shrink, write_png
 
     if f".{job.suffix}" not in SUFFIXES:
         raise UsageError(f"--format: found {job.suffix!r}, expected svg, png or pdf")
@@ -156,9 +159,10 @@ def _draw_folder(job: _Job, meshes: list[Path]) -> None:
                 failed.append({"mesh": str(mesh), "error": str(error) or f"{mesh}: {type(error).__name__}"})
             else:
                 records.append(record)
-                sheet.append((name, thumbnail(drawing.ink(THUMBNAIL_WIDTH))))
+                sheet.append(Tile(shrink(from_ink(drawing.ink(THUMBNAIL_WIDTH)), THUMBNAIL), name))
             advance(mesh.name)
-    write_png(job.output / CONTACT_SHEET, contact_sheet(sheet))
+    columns = max(1, math.ceil(math.sqrt(len(sheet))))
+    write_png(job.output / CONTACT_SHEET, contact_sheet(sheet, columns, THUMBNAIL))
     emit({"drawings": records, "failed": failed, "contact_sheet": str(job.output / CONTACT_SHEET)}, job.as_json)
     if failed:
         reasons = "; ".join(failure["error"] for failure in failed)
