@@ -9,6 +9,20 @@ import typer
 
 from ncmodel.cli import study
 from ncmodel.cli.common import emit, progress
+from ncmodel.cli.crowd_options import (
+    AsJson,
+    BaseUrl,
+    BatchDir,
+    DrawingSide,
+    Embed,
+    HtmlOut,
+    Noise,
+    Participants,
+    RandomClickers,
+    RenderSide,
+    ResultsOut,
+    Seed,
+)  # fmt: skip
 from ncmodel.cli.ingested import emit_ingested
 from ncmodel.errors import InputError, UsageError
 
@@ -16,10 +30,7 @@ if TYPE_CHECKING:
     from dataset_tools.batch import Built
     from dataset_tools.site_server import Addresses
 
-AsJson = Annotated[bool, typer.Option("--json", help="Print a summary as one JSON object.")]
-Seed = Annotated[int, typer.Option(help="Of everything random.")]
 DataDir = Annotated[Path, typer.Argument(help="Folder that `ncontours dataset build` wrote.")]
-BatchDir = Annotated[Path, typer.Argument(help="Folder of a batch of questionnaires.")]
 VotesFile = Annotated[Path, typer.Argument(help="Votes that `ncontours crowd ingest` wrote.")]
 
 Real = Annotated[int, typer.Option(help="Questions about items in each questionnaire.")]
@@ -32,10 +43,6 @@ Artists = Annotated[
         help="Folder of artists' drawings for sentinels, SHAPE_VIEW.png or SHAPE_VIEW/*.png; simulated by default."
     ),
 ]
-BaseUrl = Annotated[str, typer.Option(help="What stands before the pictures' names in tasks.csv.")]
-Embed = Annotated[bool, typer.Option(help="Put the pictures into tasks.csv, as data URIs.")]
-DrawingSide = Annotated[int, typer.Option(help="Longest side of a drawing, pixels.")]
-RenderSide = Annotated[int, typer.Option(help="Longest side of a render, pixels.")]
 
 
 def register(app: typer.Typer) -> None:
@@ -148,13 +155,11 @@ def serve(
 
 def simulate(
     batch_dir: BatchDir,
-    output: Annotated[Path, typer.Option("--output", "-o", help="Results file to write.")],
+    output: ResultsOut,
     data: Annotated[Path | None, typer.Option(help="The data folder; the batch knows it by default.")] = None,
-    participants: Annotated[
-        int | None, typer.Option(help="How many; by default until each questionnaire was answered reliably.")
-    ] = None,
-    random_clickers: Annotated[float, typer.Option(help="Share of participants who click at random.")] = 0.15,
-    noise: Annotated[float, typer.Option(help="Spread of the errors in judging distances.")] = 0.55,
+    participants: Participants = None,
+    random_clickers: RandomClickers = 0.15,
+    noise: Noise = 0.55,
     seed: Seed = 0,
     as_json: AsJson = False,
 ) -> None:
@@ -258,7 +263,7 @@ def topup(
 
 def audit(
     votes: VotesFile,
-    output: Annotated[Path, typer.Option("--output", "-o", help="HTML file to write.")],
+    output: HtmlOut,
     data: Annotated[Path | None, typer.Option(help="The data folder, to show the drawings of contested items.")] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -293,11 +298,11 @@ def review(
 
 def trial(
     data_dir: DataDir,
-    output: Annotated[Path, typer.Option("--output", "-o", help="HTML file to write.")],
+    output: HtmlOut,
     participants: Annotated[int, typer.Option(help="Simulated participants.")] = 400,
-    random_clickers: Annotated[float, typer.Option(help="Share of them who click at random.")] = 0.15,
+    random_clickers: RandomClickers = 0.15,
     adversaries: Annotated[int, typer.Option(help="Simulated adversaries of each of ten kinds.")] = 6,
-    noise: Annotated[float, typer.Option(help="Spread of the errors in judging distances.")] = 0.55,
+    noise: Noise = 0.55,
     items: Annotated[int, typer.Option(help="Views of the data folder to draw distances from.", min=1)] = 24,
     seed: Seed = 0,
     as_json: AsJson = False,

@@ -8,20 +8,27 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ncmodel.cli.common import emit
+from ncmodel.cli.crowd_options import (
+    AsJson,
+    BaseUrl,
+    BatchDir,
+    DrawingSide,
+    Embed,
+    HtmlOut,
+    Noise,
+    Participants,
+    RandomClickers,
+    RenderSide,
+    ResultsOut,
+    Seed,
+)  # fmt: skip
 from ncmodel.cli.ingested import emit_ingested
 from ncmodel.errors import InputError, UsageError
 
 if TYPE_CHECKING:
     from dataset_tools.study import StudyKey
 
-AsJson = Annotated[bool, typer.Option("--json", help="Print a summary as one JSON object.")]
-BatchDir = Annotated[Path, typer.Argument(help="Folder of the study's questionnaires.")]
 Answers = Annotated[Path, typer.Argument(help="Answers that `ncontours crowd study ingest` wrote.")]
-BaseUrl = Annotated[str, typer.Option(help="What stands before the pictures' names in tasks.csv.")]
-Embed = Annotated[bool, typer.Option(help="Put the pictures into tasks.csv, as data URIs.")]
-DrawingSide = Annotated[int, typer.Option(help="Longest side of a drawing, pixels.")]
-RenderSide = Annotated[int, typer.Option(help="Longest side of a render, pixels.")]
-Seed = Annotated[int, typer.Option(help="Of everything random.")]
 
 
 def register(group: typer.Typer) -> None:
@@ -93,12 +100,10 @@ def ingest(
 
 def simulate(
     batch_dir: BatchDir,
-    output: Annotated[Path, typer.Option("--output", "-o", help="Results file to write.")],
-    participants: Annotated[
-        int | None, typer.Option(help="How many; by default until each questionnaire was answered reliably.")
-    ] = None,
-    random_clickers: Annotated[float, typer.Option(help="Share of participants who click at random.")] = 0.15,
-    noise: Annotated[float, typer.Option(help="Spread of the errors in judging a drawing.")] = 0.15,
+    output: ResultsOut,
+    participants: Participants = None,
+    random_clickers: RandomClickers = 0.15,
+    noise: Noise = 0.15,
     seed: Seed = 0,
     as_json: AsJson = False,
 ) -> None:
@@ -112,7 +117,7 @@ def simulate(
 def report(
     batch_dir: BatchDir,
     answers: Answers,
-    output: Annotated[Path, typer.Option("--output", "-o", help="HTML file to write.")],
+    output: HtmlOut,
     as_json: AsJson = False,
 ) -> None:
     """Count the consistent answers: which drawings people prefer, with confidence intervals."""
