@@ -84,7 +84,7 @@ class Apart:
         return result
 
     def end(self) -> None:
-        """Kill the process, whatever it is doing, for good; another thread that waits for it gets a `Lost`."""
+        """Kill the process, whatever it is doing, for good; a thread that waits for it gets a `Lost` and cleans up."""
         with self._lock:
             self._ended = True
             if self._process is not None:

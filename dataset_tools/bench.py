@@ -1,18 +1,23 @@
-"""What making a view costs, stage by stage, and what the distances would cost the obvious ways."""
+"""What the data set costs: a view by stage, its distances the obvious ways, and a build with more workers."""
 
-import resource
-import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from dataset_tools.apart import Apart
+from dataset_tools.build import build_dataset
 from dataset_tools.candidates import draw_candidates
 from dataset_tools.chamfer import chamfer_matrix, distance_field
+from dataset_tools.cluster import runner_for
+from dataset_tools.encode import ply
 from dataset_tools.settings import BuildConfig
+from dataset_tools.sources import find_sources
 from dataset_tools.views import camera_at, choose_azimuths
 from dataset_tools.work import view_files
 from ncmodel.geometry.surface import Surface
@@ -21,6 +26,13 @@ from ncmodel.types import Floats, Mask, Mesh
 
 TREE_PAIRS = 40
 """Pairs of drawings that the way by KD-trees is timed on; all of them would take minutes."""
+
+VIEW_FACES = 50_000
+BUILD_SHAPES = 12
+"""Sizes of what `ncontours bench` measures."""
+
+REPEATS = 3
+"""The fastest run of a view counts."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +44,7 @@ class ViewCost:
         cpu_seconds: Processor time of the whole, the shape's own stages included.
         stages: Stage -> seconds on the clock.
         output_bytes: Of the view's files.
-        peak_bytes: Largest resident memory of this process so far.
+        peak_bytes: Largest resident memory of a process that makes this view and nothing else.
     """
 
     faces: int
@@ -40,6 +52,21 @@ class ViewCost:
     stages: dict[str, float]
     output_bytes: int
     peak_bytes: int
+
+
+@dataclass(frozen=True)
+class BuildCost:
+    """One build from mesh files to views: cleaning, duplicates, start-up of the workers, all.
+
+    Attributes:
+        workers: Processes.
+        shapes: Meshes built, two views each.
+        seconds: On the clock.
+    """
+
+    workers: int
+    shapes: int
+    seconds: float
 
 
 @dataclass(frozen=True)
@@ -58,14 +85,58 @@ class DistanceCost:
 
 
 def measure_view(mesh: Mesh, config: BuildConfig | None = None) -> ViewCost:
-    """Make a view's files in memory. Run it once before, so that compiled code is loaded."""
+    """Make a view's files in memory, in a process of its own with one thread, once to warm it up."""
+    config = config or BuildConfig()
+    apart = Apart()
+    try:
+        return apart.call(_fastest_view, (mesh, config), config.limits.making(REPEATS + 1))
+    finally:
+        apart.close()
+
+
+def _fastest_view(task: tuple[Mesh, BuildConfig]) -> ViewCost:
+    costs = [_view_cost(*task) for _ in range(REPEATS + 1)]
+    return min(costs[1:], key=lambda cost: cost.cpu_seconds)
+
+
+def _view_cost(mesh: Mesh, config: BuildConfig) -> ViewCost:
     begin, surface = time.process_time(), Surface(mesh)
-    files = view_files(surface, 0, config or BuildConfig())
+    files = view_files(surface, 0, config)
     seconds = time.process_time() - begin
-    # Kilobytes on Linux, bytes on macOS.
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
     size = sum(len(data) for data in files.values())
-    return ViewCost(len(mesh.faces), seconds, surface.trace.seconds(), size, peak)
+    return ViewCost(len(mesh.faces), seconds, surface.trace.seconds(), size, _peak_bytes())
+
+
+def _peak_bytes() -> int:
+    """Largest resident memory of this process so far; unlike rusage's, without that of the one it was started from."""
+    status = Path("/proc/self/status").read_text(encoding="ascii")
+    return int(status.split("VmHWM:")[1].split()[0]) * 1024
+
+
+def measure_builds(
+    meshes: Sequence[Mesh], workers: Sequence[int], advance: Callable[[str], None], config: BuildConfig | None = None
+) -> list[BuildCost]:
+    """Build the same shapes with different numbers of workers, each time into a new folder.
+
+    Args:
+        meshes: The shapes, which must differ.
+        workers: Numbers of processes.
+        advance: Called after each build.
+        config: The settings.
+    """
+    costs = []
+    with TemporaryDirectory() as folder:
+        place = Path(folder) / "meshes"
+        place.mkdir()
+        for number, mesh in enumerate(meshes):
+            (place / f"{number}.ply").write_bytes(ply(mesh))
+        for count in workers:
+            with runner_for(count) as runner:
+                target = Path(folder) / f"data{count}"
+                build = build_dataset(find_sources(place), target, config or BuildConfig(), runner)
+            costs.append(BuildCost(count, len(meshes), build.seconds))
+            advance(f"{count} workers")
+    return costs
 
 
 def compare_distances(mesh: Mesh, config: BuildConfig | None = None) -> list[DistanceCost]:
@@ -121,3 +192,26 @@ def _timed(function: Callable[[], Floats]) -> tuple[Floats, float]:
     begin = time.process_time()
     result = function()
     return result, time.process_time() - begin
+
+
+def view_rows(cost: ViewCost) -> list[list[str]]:
+    """One row a stage of a view, the slowest first, and the whole."""
+    stages = sorted(cost.stages.items(), key=lambda entry: -entry[1])
+    head = [["stage of a view", "ms"], *([name.replace("_", " "), f"{1000 * s:.1f}"] for name, s in stages)]
+    return [*head, ["all, processor time", f"{1000 * cost.cpu_seconds:.0f}"]]
+
+
+def distance_rows(costs: Sequence[DistanceCost]) -> list[list[str]]:
+    """One row a way to the distances between all candidates."""
+    head = ["264 x 264 distances", "seconds", "differs by, px"]
+    return [head, *([cost.way, f"{cost.cpu_seconds:.2f}", f"{cost.difference:.1e}"] for cost in costs)]
+
+
+def build_rows(costs: Sequence[BuildCost]) -> list[list[str]]:
+    """One row a number of workers."""
+    rows = [["workers", "shapes", "seconds", "times as fast"]]
+    for cost in costs:
+        rows.append(
+            [str(cost.workers), str(cost.shapes), f"{cost.seconds:.1f}", f"{costs[0].seconds / cost.seconds:.2f}"]
+        )
+    return rows

@@ -7,7 +7,7 @@ them, or kills its process, fails with a reason, the others go on.
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from typing import Any, Generic, Protocol, TypeVar
@@ -52,7 +52,7 @@ class HereRunner:
 
 
 class PoolRunner:
-    """Worker processes on this machine, one thread each.
+    """Worker processes on this machine, one thread each; they stay for the next run, until `close`.
 
     Args:
         workers: Number of processes.
@@ -62,12 +62,13 @@ class PoolRunner:
         if workers < 1:
             raise UsageError(f"--workers: found {workers}, expected at least 1")
         self.workers = workers
+        self._aparts: list[Apart] = []
 
     def run(self, function: Callable[[T], R], tasks: Sequence[T], limits: Limits) -> Iterator[Outcome[T, R]]:
         """See `Runner.run`."""
-        aparts = [Apart() for _ in range(min(self.workers, len(tasks)))]
+        self._aparts += [Apart() for _ in range(min(self.workers, len(tasks)) - len(self._aparts))]
         idle: SimpleQueue[Apart] = SimpleQueue()
-        for apart in aparts:
+        for apart in self._aparts:
             idle.put(apart)
 
         def attempt(task: T) -> Outcome[T, R]:
@@ -77,17 +78,24 @@ class PoolRunner:
             finally:
                 idle.put(apart)
 
-        threads = ThreadPoolExecutor(max(len(aparts), 1))  # they only wait for the processes
+        threads = ThreadPoolExecutor(self.workers)  # they only wait for the processes
         try:
             for future in as_completed([threads.submit(attempt, task) for task in tasks]):
                 yield future.result()
-        finally:
+        except BaseException:
             threads.shutdown(wait=False, cancel_futures=True)
-            for apart in aparts:
+            for apart in self._aparts:
                 apart.end()
             threads.shutdown(wait=True)
-            for apart in aparts:
-                apart.close()
+            self.close()
+            raise
+        threads.shutdown()
+
+    def close(self) -> None:
+        """End the processes."""
+        for apart in self._aparts:
+            apart.close()
+        self._aparts = []
 
 
 class DaskRunner:
@@ -143,14 +151,11 @@ def runner_for(workers: int, scheduler: str | None = None) -> Iterator[Runner]:
     Raises:
         UsageError: No scheduler answers, or `workers` is negative.
     """
-    if scheduler is None:
-        yield HereRunner() if workers == 0 else PoolRunner(workers)
+    if scheduler is None and workers == 0:
+        yield HereRunner()
         return
-    runner = DaskRunner(scheduler)
-    try:
+    with closing(PoolRunner(workers) if scheduler is None else DaskRunner(scheduler)) as runner:
         yield runner
-    finally:
-        runner.close()
 
 
 _idle_in_worker: SimpleQueue[Apart] = SimpleQueue()

@@ -21,6 +21,25 @@ LEAD = (
 
 
 @dataclass(frozen=True)
+class Part:
+    """What another part of the project measured.
+
+    Attributes:
+        name: Its key in bench.json.
+        title: Its heading.
+        text: What the numbers are.
+        rows: The table, its head first.
+        record: All numbers.
+    """
+
+    name: str
+    title: str
+    text: str
+    rows: Sequence[Sequence[str]]
+    record: object
+
+
+@dataclass(frozen=True)
 class Bench:
     """Everything that was measured.
 
@@ -30,6 +49,7 @@ class Bench:
         efforts: Shapes at each preset, at fixed thresholds.
         machine: What it ran on.
         searches: The same with thresholds chosen by a model, if there is one.
+        parts: What else was measured.
     """
 
     scaling: Sequence[Scaling]
@@ -37,6 +57,7 @@ class Bench:
     efforts: Sequence[Effort]
     machine: Mapping[str, str]
     searches: Sequence[Effort] = ()
+    parts: Sequence[Part] = ()
 
     def to_record(self) -> dict[str, object]:
         """All numbers as one JSON object."""
@@ -46,6 +67,7 @@ class Bench:
             "processes": [asdict(run) for run in self.processes],
             "presets": [asdict(effort) for effort in self.efforts],
             "presets_with_model": [asdict(effort) for effort in self.searches],
+            **{part.name: part.record for part in self.parts},
         }
 
     def to_text(self) -> str:
@@ -53,6 +75,7 @@ class Bench:
         tables = [scaling_rows(self.scaling), process_rows(self.processes), effort_rows(mean_efforts(self.efforts))]
         if self.searches:
             tables.append(effort_rows(mean_efforts(self.searches)))
+        tables += [[list(row) for row in part.rows] for part in self.parts]
         return "\n\n".join(text_table(rows) for rows in tables)
 
     def sections(self) -> list[Section]:
@@ -62,7 +85,7 @@ class Bench:
         if self.searches:
             chosen = "families and thresholds chosen by the model"
             parts.append(_effort_section("Speed against accuracy with a model", chosen, self.searches))
-        return parts
+        return parts + [Section(part.title, [Text(part.text), _table(part.rows)]) for part in self.parts]
 
     def write(self, folder: Path) -> None:
         """Write bench.json and bench.html into a folder, which is made if needed."""

@@ -180,12 +180,17 @@ def test_the_command_measures_and_reports(
 ) -> None:
     monkeypatch.setattr("eval.scaling.SIZES", (1_000,))
     monkeypatch.setattr("eval.processes.CASES", {"contours": "contours"})
+    monkeypatch.setattr("dataset_tools.bench.VIEW_FACES", 1_000)
+    monkeypatch.setattr("dataset_tools.bench.BUILD_SHAPES", 1)
     write_ply(tmp_path / "torus.ply", bumpy_torus(2_000))
     assert main(["bench", str(tmp_path / "torus.ply"), "-o", str(tmp_path / "out"), "--json"]) == 0
     record = json.loads(capsys.readouterr().out)
     assert record == json.loads((tmp_path / "out" / "bench.json").read_text())
     assert [run["case"] for run in record["processes"]] == ["contours"]
     assert {effort["shape"] for effort in record["presets"]} == {"torus"}
+    assert record["view"]["faces"] == pytest.approx(1_000, rel=0.05)
+    assert record["distances"][0]["way"] == "layers"
+    assert [build["workers"] for build in record["builds"]] == [1, 2]
     assert (tmp_path / "out" / "bench.html").is_file()
 
 

@@ -16,7 +16,7 @@ import pytest
 
 from dataset_tools.build import Summary, build_dataset, folder_status
 from dataset_tools.candidates import INK_LEVEL
-from dataset_tools.cluster import HereRunner, PoolRunner, Runner, runner_for
+from dataset_tools.cluster import HereRunner, Runner, runner_for
 from dataset_tools.encode import ply
 from dataset_tools.settings import BuildConfig, TaskLimits
 from dataset_tools.sources import content_checksum, find_sources, read_up_table
@@ -144,7 +144,8 @@ def test_a_second_run_makes_nothing(reference: tuple[Path, Summary], meshes: Pat
 
 
 def test_the_number_of_workers_does_not_show(reference: tuple[Path, Summary], meshes: Path, tmp_path: Path) -> None:
-    build(meshes, tmp_path / "pool", PoolRunner(2))
+    with runner_for(2) as pool:
+        build(meshes, tmp_path / "pool", pool)
     assert contents(tmp_path / "pool") == contents(reference[0])
 
 
@@ -389,7 +390,8 @@ def test_a_cleaner_over_its_limits_fails_that_shape_alone(
     meshes: Path, tmp_path: Path, limits: TaskLimits, reason: str
 ) -> None:
     sources = [source for source in find_sources(meshes) if source.name == "ball"]
-    summary = build_dataset(sources, tmp_path / "data", replace(CONFIG, limits=limits), PoolRunner(1))
+    with runner_for(1) as pool:
+        summary = build_dataset(sources, tmp_path / "data", replace(CONFIG, limits=limits), pool)
     assert [(row.status, row.reason) for row in summary.rows] == [("failed", reason)] * 2
 
 
@@ -401,7 +403,8 @@ def test_a_process_that_crashes_fails_that_shape_alone(
     crash.chmod(0o755)
     monkeypatch.setattr("sys.executable", str(crash))
     sources = [source for source in find_sources(meshes) if source.name == "ball"]
-    summary = build_dataset(sources, tmp_path / "data", CONFIG, PoolRunner(1))
+    with runner_for(1) as pool:
+        summary = build_dataset(sources, tmp_path / "data", CONFIG, pool)
     assert {row.reason for row in summary.rows} == {"its process died with signal SIGSEGV (about to crash)"}
 
 
@@ -417,14 +420,14 @@ def test_a_view_over_its_limits_fails_alone(
     (tmp_path / "sitecustomize.py").write_text(TROUBLE_WITH_ONE_VIEW.format(trouble=trouble))
     folder = tmp_path / "data"
     settings = replace(CONFIG, limits=TaskLimits(view_seconds=5.0))
-    with pytest.MonkeyPatch.context() as patch:
+    with pytest.MonkeyPatch.context() as patch, runner_for(2) as pool:
         patch.syspath_prepend(str(tmp_path))
-        build_dataset(find_sources(meshes), folder, settings, PoolRunner(2))
+        build_dataset(find_sources(meshes), folder, settings, pool)
     wrong = {(row.shape, row.view): row.reason for row in folder_status(folder) if row.status == "failed"}
     assert wrong.pop(("ball", 1)).startswith(reason)
     assert {shape for shape, _ in wrong} == {"soup"}
     assert not (folder / "views" / "ball_1").exists()
-    assert build(meshes, folder, PoolRunner(1), retry=True).made == 1
+    assert build(meshes, folder, retry=True).made == 1
     assert contents(folder) == contents(reference[0])
 
 

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -39,9 +40,15 @@ def process_id(number: int) -> int:
     return os.getpid()
 
 
+@pytest.fixture
+def pool() -> Iterator[PoolRunner]:
+    with closing(PoolRunner(2)) as runner:
+        yield runner
+
+
 @pytest.fixture(params=["here", "pool"])
-def runner(request: pytest.FixtureRequest) -> Runner:
-    return HereRunner() if request.param == "here" else PoolRunner(2)
+def runner(request: pytest.FixtureRequest, pool: PoolRunner) -> Runner:
+    return HereRunner() if request.param == "here" else pool
 
 
 def test_every_task_gets_its_result(runner: Runner) -> None:
@@ -58,8 +65,8 @@ def test_an_error_stops_the_run(runner: Runner) -> None:
         list(runner.run(fail_at_three, range(9), LIMITS))
 
 
-def test_a_task_that_kills_its_worker_fails_alone() -> None:
-    outcomes = {outcome.task: outcome for outcome in PoolRunner(2).run(die_at_three, range(9), LIMITS)}
+def test_a_task_that_kills_its_worker_fails_alone(pool: PoolRunner) -> None:
+    outcomes = {outcome.task: outcome for outcome in pool.run(die_at_three, range(9), LIMITS)}
     assert sorted(outcomes) == list(range(9))
     assert outcomes[3].result is None
     assert outcomes[3].reason == "its process died with signal SIGKILL (no message)"
@@ -80,24 +87,26 @@ def too_large_at_three(number: int) -> int:
     ("function", "reason"),
     [(too_long_at_three, "it took more than 2 s"), (too_large_at_three, "it needs more than 8 GB of memory")],
 )
-def test_a_task_over_its_limits_fails_alone(function: Callable[[int], int], reason: str) -> None:
+def test_a_task_over_its_limits_fails_alone(pool: PoolRunner, function: Callable[[int], int], reason: str) -> None:
     limits = Limits(seconds=2.0, memory_gb=8.0)
-    outcomes = {outcome.task: outcome for outcome in PoolRunner(2).run(function, range(6), limits)}
+    outcomes = {outcome.task: outcome for outcome in pool.run(function, range(6), limits)}
     assert (outcomes[3].result, outcomes[3].reason) == (None, reason)
     assert [outcomes[n].result for n in range(6) if n != 3] == [n for n in range(6) if n != 3]
 
 
-def test_a_run_that_is_given_up_leaves_no_process() -> None:
-    outcomes = PoolRunner(2).run(process_id, range(50), LIMITS)
+def test_a_run_that_is_given_up_leaves_no_process(pool: PoolRunner) -> None:
+    outcomes = pool.run(process_id, range(50), LIMITS)
     worker = next(outcomes).result
     outcomes.close()  # type: ignore[attr-defined]
     assert not Path(f"/proc/{worker}").exists()
 
 
-def test_the_workers_are_processes() -> None:
-    used = {outcome.result for outcome in PoolRunner(2).run(process_id, range(6), LIMITS)}
+def test_the_workers_are_processes(pool: PoolRunner) -> None:
+    used = {outcome.result for outcome in pool.run(process_id, range(6), LIMITS)}
     assert len(used) == 2
     assert os.getpid() not in used
+    again = {outcome.result for outcome in pool.run(process_id, range(6), LIMITS)}
+    assert again == used, "start-up is paid once"
 
 
 def test_workers_end_when_their_parent_is_killed(tmp_path: Path) -> None:

@@ -169,6 +169,18 @@ def levels(
     emit(asdict(study), as_json, levels_text(study))
 
 
+@group.command()
+def bench(as_json: Json = False) -> None:
+    """Measure a view by stage, the ways to its distances, and builds with one and two workers."""
+    from eval.tables import text_table
+    from ncmodel.cli.bench import DATASET_STEPS, dataset_parts
+
+    with progress("bench", DATASET_STEPS) as advance:
+        parts = dataset_parts(advance)
+    text = "\n\n".join(f"{part.text}\n{text_table(part.rows)}" for part in parts)
+    emit({part.name: part.record for part in parts}, as_json, text)
+
+
 def _check_format(name: str) -> None:
     if name != "neuralcontours":
         raise UsageError(f"--format: found {name!r}, expected neuralcontours")
