@@ -21,7 +21,8 @@ def golden_view() -> View:
     """A bumpy torus with a window: curvatures of both signs, every family of lines."""
     vertices, faces = analytic.torus(24, 14)
     vertices = vertices * (1 + 0.25 * np.sin(18 * vertices[:, :1]) * np.cos(11 * vertices[:, 2:]))
-    return View(Surface(make_mesh(vertices, faces[28:], "golden")), Camera((1.3, 1.1, 2.4)), crease_angle=30.0)
+    surface = Surface(make_mesh(vertices, faces[28:], "golden"), sizing="sampled")
+    return View(surface, Camera((1.3, 1.1, 2.4)), crease_angle=30.0)
 
 
 if __name__ == "__main__":

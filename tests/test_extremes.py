@@ -71,7 +71,7 @@ def test_every_number_is_finite(name: str) -> None:
     np.testing.assert_allclose(np.linalg.norm(surface.dir1, axis=1), 1, rtol=1e-12)
     np.testing.assert_allclose((surface.dir1 * surface.normals).sum(axis=1), 0, atol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(surface.smoothed_normals, axis=2), 1, rtol=1e-12)
-    assert 0 < Surface(mesh, sizing="percentile").feature_size < 1
+    assert 0 < Surface(mesh, sizing="sampled").feature_size < 1
 
 
 @pytest.mark.parametrize(("name", "digits"), [("tiny", 10), ("huge", 10), ("far away", 4)])

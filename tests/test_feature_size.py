@@ -5,9 +5,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from ncmodel.geometry.feature_size import enclosing_radius, percentile_feature_size, sampled_feature_size
+from ncmodel.geometry.feature_size import enclosing_radius, feature_size_of_all, sampled_feature_size
 from ncmodel.geometry.surface import Surface
-from ncmodel.types import Floats, Ints, Mesh
+from ncmodel.types import Mesh
 from tests import analytic
 
 
@@ -60,31 +60,24 @@ def test_sizes_of_a_sphere() -> None:
     """0.01 R, capped by 0.05 R."""
     surface = Surface(Mesh(*analytic.icosphere(4, 0.5)))
     assert surface.feature_size == pytest.approx(0.005, rel=1e-9)
-    assert Surface(surface.mesh, sizing="percentile").feature_size == pytest.approx(0.005, rel=1e-9)
+    assert Surface(surface.mesh, sizing="sampled").feature_size == pytest.approx(0.005, rel=1e-9)
 
 
-def crowded_torus(rings: int, sides: int, crowding: float) -> tuple[Floats, Ints]:
-    """A torus whose vertices crowd on its inside."""
-    _, faces = analytic.torus(rings, sides)
-    u, v = (angle.ravel() for angle in analytic.torus_angles(rings, sides))
-    v = v + crowding * np.sin(v)
-    tube = 0.355 + 0.145 * np.cos(v)
-    return np.stack([tube * np.sin(u), 0.145 * np.sin(v), tube * np.cos(u)], axis=-1), faces
-
-
-def test_percentile_size_depends_on_the_surface_and_not_on_its_mesh() -> None:
-    """The same for even and crowded vertices and in any order, where the sampled size isn't."""
-    order = np.random.default_rng(2).permutation(96 * 192)
-    vertices, faces = crowded_torus(96, 192, 0.8)
-    even = Mesh(*crowded_torus(96, 192, 0.0))
-    crowded = Mesh(vertices, faces)
-    shuffled = Mesh(vertices[order], np.argsort(order)[faces])
-    sizes = [Surface(mesh, sizing="percentile").feature_size for mesh in (even, crowded, shuffled)]
-    assert sizes[1] == pytest.approx(sizes[0], rel=0.05)
-    assert sizes[2] == pytest.approx(sizes[1], rel=1e-9)
-    assert Surface(crowded).feature_size != pytest.approx(Surface(even).feature_size, rel=0.2)
+def test_all_vertices_count_in_any_order() -> None:
+    """The 10th percentile, to the bit, in any order; the sampled one is an estimate of it that depends on the order."""
+    rng = np.random.default_rng(2)
+    curvatures = rng.exponential(size=(20_000, 2))
+    whole = feature_size_of_all(curvatures, 100.0)
+    assert whole == pytest.approx(0.01 / np.quantile(curvatures, 0.1), rel=1e-3)
+    samples = []
+    for _ in range(20):
+        rng.shuffle(curvatures)
+        assert feature_size_of_all(curvatures, 100.0) == whole
+        samples.append(sampled_feature_size(curvatures, 100.0))
+    assert np.ptp(samples) > 0.1 * whole
+    assert np.median(samples) == pytest.approx(whole, rel=0.1)
 
 
 def test_no_curvature_leaves_the_cap() -> None:
     assert sampled_feature_size(np.zeros((3, 2)), 2.0) == 0.1
-    assert percentile_feature_size(np.zeros((3, 2)), np.ones(3), 2.0) == 0.1
+    assert feature_size_of_all(np.zeros((3, 2)), 2.0) == 0.1

@@ -25,7 +25,8 @@ Reference = tuple[View, dict[str, NDArray[Any]]]
 @pytest.fixture(scope="module", params=["bumpy_sphere", "torus"])
 def reference(request: pytest.FixtureRequest, shared: Path) -> Reference:
     base = shared / "reference" / request.param
-    view = View(Surface(load_mesh(base.with_suffix(".ply"))), Camera.load(base.with_suffix(".camera.json")))
+    surface = Surface(load_mesh(base.with_suffix(".ply")), sizing="sampled")
+    view = View(surface, Camera.load(base.with_suffix(".camera.json")))
     return view, dict(np.load(base.with_suffix(".npz")))
 
 

@@ -13,7 +13,7 @@ from eval.metrics import Lines, compare_lines
 from eval.raster import thin_lines
 from ncmodel.camera import Camera
 from ncmodel.draw import draw
-from ncmodel.geometry.surface import Sizing, Surface
+from ncmodel.geometry.surface import Surface
 from ncmodel.types import Floats, Ints, LineFamily, Mesh, Thresholds
 from tests import analytic
 
@@ -58,10 +58,9 @@ def tessellations(scale: int) -> dict[str, Mesh]:
     return {name: Mesh(lumpy(vertices), faces) for name, (vertices, faces) in spheres.items()}
 
 
-def table(scale: int, robust: bool) -> dict[LineFamily, dict[str, float]]:
-    """F1 between drawings of each pair of meshes, by family; with the percentile feature size if `robust`."""
-    sizing: Sizing = "percentile" if robust else "sampled"
-    surfaces = {name: Surface(mesh, sizing=sizing) for name, mesh in tessellations(scale).items()}
+def table(scale: int) -> dict[LineFamily, dict[str, float]]:
+    """F1 between drawings of each pair of meshes, by family."""
+    surfaces = {name: Surface(mesh) for name, mesh in tessellations(scale).items()}
     camera = Camera.orbit(surfaces["uniform"].mesh.vertices)
     result: dict[LineFamily, dict[str, float]] = {}
     for family in LEAST_F1:
@@ -73,13 +72,12 @@ def table(scale: int, robust: bool) -> dict[LineFamily, dict[str, float]]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("robust", [False, True], ids=["sampled size", "percentile size"])
-def test_drawings_of_one_surface_agree_more_on_finer_meshes(robust: bool) -> None:
-    coarse, fine = table(1, robust), table(2, robust)
+def test_drawings_of_one_surface_agree_more_on_finer_meshes() -> None:
+    coarse, fine = table(1), table(2)
     for count, scores in ((10_000, coarse), (40_000, fine)):
         for family, row in scores.items():
             cells = "  ".join(f"{pair} {score:.3f}" for pair, score in row.items())
-            print(f"{count} {'percentile' if robust else 'sampled':10} {family:10} {cells}")  # noqa: T201
+            print(f"{count} {family:10} {cells}")  # noqa: T201
     for family, least in LEAST_F1.items():
         assert min(fine[family].values()) > least
         assert min(fine[family].values()) > min(coarse[family].values())

@@ -7,7 +7,7 @@ Keys, in the mesh's own vertex and face order, in object space (V vertices, F fa
     k1 k2 (V,)            principal curvatures, |k1| >= |k2|, convex positive
     dir1 dir2 (V, 3)      their directions; dir2 = normal x dir1
     dcurv (V, 4)          derivative of curvature: C111 C112 C122 C222 along dir1, dir2
-    feature_size ()       what makes thresholds dimensionless
+    feature_size ()       what makes thresholds dimensionless, as rtsc samples it
     n_dot_v kr sc_num (V,)    cosine to the eye; radial curvature x sin^2; its derivative x sin
     q1 (V,), t1 (V, 2), dt1q1 (V,)    squared view-dependent curvature, its direction along dir1 and dir2, its
                                       derivative along that
@@ -53,7 +53,7 @@ def features(
         raise UsageError(f"--output: found {output.name!r}, expected a name that ends in .npz")
     seen_from = Camera.load(camera)
     loaded = load_mesh(mesh, up)
-    view = View(Surface(loaded), seen_from)
+    view = View(Surface(loaded, sizing="sampled"), seen_from)
     arrays = features_of(view)
     with atomic(output) as aside:
         np.savez(aside, **arrays)  # type: ignore[arg-type]  # its stub takes our names for its own options

@@ -29,22 +29,16 @@ def sampled_feature_size(curvatures: Floats, radius: float) -> float:
     return _feature_size(float(np.sort(np.abs(curvatures[picked]), axis=None)[2 * count // 10]), radius)
 
 
-def percentile_feature_size(curvatures: Floats, areas: Floats, radius: float) -> float:
-    """The feature size from the curvature of all vertices, each as much as its area counts.
-
-    Unlike `sampled_feature_size` it depends neither on the order of the vertices nor on how densely parts are meshed.
+def feature_size_of_all(curvatures: Floats, radius: float) -> float:
+    """What `sampled_feature_size` estimates: the same from the curvature of all vertices, whatever their order.
 
     Args:
         curvatures: (V, 2) principal curvatures.
-        areas: (V,) from `point_areas`.
         radius: Of the smallest sphere around the shape.
     """
     sizes = np.abs(curvatures).ravel()
-    order = np.argsort(sizes, kind="stable")
-    weights = np.repeat(areas, 2)[order]
-    covered = np.cumsum(weights)
-    # Each value stands at the middle of its share, with linear interpolation between.
-    return _feature_size(float(np.interp(0.1 * covered[-1], covered - weights / 2, sizes[order])), radius)
+    rank = 2 * len(curvatures) // 10
+    return _feature_size(float(np.partition(sizes, rank)[rank]), radius)
 
 
 def enclosing_radius(points: Floats) -> float:
