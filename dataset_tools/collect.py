@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from dataset_tools.ingestion import Ingested
+from dataset_tools.ingestion import Ingested, read_rows
 from dataset_tools.items import items_to_ask_about
 from dataset_tools.questionnaire import Key
 from dataset_tools.reliability import assess, counted
@@ -31,6 +31,21 @@ def read_results(results: Iterable[Path]) -> Iterator[Answered | Problem]:
             yield from read_site_results(path) if is_database(path) else read_csv_results(path)
         except NeuralContoursError as error:
             yield Problem(str(path), str(error).removeprefix(f"{path}: "))
+
+
+def workers_of(files: Iterable[Path]) -> frozenset[str]:
+    """Who took part, from files of votes or answers and sites' databases.
+
+    Raises:
+        InputError: One can't be read.
+    """
+    return frozenset(worker for path in files for worker in _workers(path))
+
+
+def _workers(path: Path) -> Iterator[str]:
+    if is_database(path):
+        return (answered.worker for answered in read_site_results(path))
+    return (row["worker"] for _, row in read_rows(path, ("worker",), (), "a file of votes or answers"))
 
 
 def top_up_needs(data_dir: Path, votes: Path, wanted: int) -> dict[Item, int]:

@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from urllib.parse import quote
+from urllib.parse import quote, urlsplit
 
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
@@ -26,6 +26,7 @@ from dataset_tools.results import parse_seconds, sensible_seconds
 from dataset_tools.site_batch import SiteBatch
 from dataset_tools.site_guard import address, form, headers, see
 from dataset_tools.site_store import Entry, Refusal, SiteStore, State
+from ncmodel.errors import UsageError
 
 SESSION = "nc_session"
 _PARAMETER = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.@-]{0,99}")
@@ -59,6 +60,14 @@ class Settings:
     consent: tuple[str, ...] = CONSENT
     contact: str = ""
     public_url: str = ""
+
+    def __post_init__(self) -> None:
+        parts = urlsplit(self.public_url)
+        whole = parts.scheme in ("http", "https") and parts.netloc and not parts.path.strip("/") and not parts.query
+        if self.public_url and not whole:
+            raise UsageError(
+                f"--public-url is {self.public_url!r}, expected https://HOST: the site wants all of a host"
+            )
 
     @property
     def completion_link(self) -> str:

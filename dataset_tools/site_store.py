@@ -82,11 +82,13 @@ class Policy:
         places: Participants wanted for each questionnaire.
         abandoned_after: Seconds of silence after which a questionnaire returns to the pool.
         replace_unreliable: Offer the questionnaire of a participant who failed a sentinel to somebody else.
+        taken_part: Workers who took part in an earlier round and can't again.
     """
 
     places: int = 1
     abandoned_after: float = 3600.0
     replace_unreliable: bool = False
+    taken_part: frozenset[str] = frozenset()
 
 
 class SiteStore:
@@ -125,6 +127,8 @@ class SiteStore:
             The session's secret; or why there is none: the worker has begun to answer (perhaps in another browser),
             is done, or all questionnaires are taken.
         """
+        if worker in self._policy.taken_part:
+            return Refusal.DONE
         secret, now = secrets.token_urlsafe(32), self._clock()
         with self._change() as db:
             self._release(db, now)

@@ -112,6 +112,9 @@ CASES = [
     (["crowd", "serve", "{answered}/batch", "--db", "{answered}/votes.csv", "--port", "0"], "database"),
     (["crowd", "serve", "{answered}/batch", "--db", "{tmp}/db", "--parameters", "a b"], "--parameters"),
     (["crowd", "serve", "{answered}/batch", "--db", "{tmp}/db", "--abandoned-after", "0"], "--abandoned-after"),
+    (["crowd", "serve", "{answered}/batch", "--db", "{tmp}/db", "--public-url", "example.org"], "--public-url is"),
+    (["crowd", "serve", "{answered}/batch", "--db", "{tmp}/db", "--public-url", "https://a/b"], "all of a host"),
+    (["crowd", "serve", "{answered}/batch", "--db", "{tmp}/db", "--taken-part", "{tmp}/no.csv"], "no.csv: can't be"),
     (["crowd", "study", "build", "{tmp}/b", "--ours", "x", "--against", "a={tmp}", "--renders", "{tmp}"], "NAME=DIR"),
     (
         ["crowd", "study", "build", "{tmp}/b", "--ours", "x={tmp}", "--against", "a={tmp}", "--renders", "{tmp}"],

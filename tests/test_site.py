@@ -17,7 +17,7 @@ from starlette.applications import Starlette
 from starlette.testclient import TestClient
 
 from dataset_tools.batch_files import Look
-from dataset_tools.collect import ingest_results
+from dataset_tools.collect import ingest_results, workers_of
 from dataset_tools.crowd import make_batch
 from dataset_tools.items import list_items
 from dataset_tools.questionnaire import Key, Scheme
@@ -555,3 +555,25 @@ def test_a_planted_cookie_is_not_adopted(site: Starlette) -> None:
     assert client.post("/start", data={"PROLIFIC_PID": "anna", "agree": "yes"}).status_code == 303
     planted = TestClient(site, base_url="http://localhost", cookies={"nc_session": "planted"})
     assert planted.get("/questions").status_code == 403
+
+
+def test_who_took_part_in_an_earlier_round_cannot_again(batch: Path, key: Key, tmp_path: Path) -> None:
+    """Only a participant's first questionnaire counts, so a second one would be asked for nothing."""
+    first = app(batch, tmp_path)
+    client = begin(first, "anna")
+    client.post("/finish", data={"nc_secret": page_secret(client), **right_answers(key, asked(client, key))})
+    begin(first, "ben")
+    first.state.store.close()
+    ingest_results(batch, [tmp_path / "votes.sqlite"], tmp_path / "votes.csv")
+    (tmp_path / "round2").mkdir()
+    for earlier in ("votes.sqlite", "votes.csv"):
+        taken_part = workers_of([tmp_path / earlier])
+        assert taken_part == {"anna"}, "ben sent nothing"
+        site = app(batch, tmp_path / "round2", policy=Policy(taken_part=taken_part))
+        again = TestClient(site, base_url="http://localhost").post(
+            "/start", data={"PROLIFIC_PID": "anna", "agree": "yes"}
+        )
+        assert again.status_code == 409
+        assert "taken part already" in again.text
+        begin(site, "ben")
+        site.state.store.close()

@@ -22,7 +22,7 @@ from ncmodel.cli.crowd_options import (
     RenderSide,
     ResultsOut,
     Seed,
-)  # fmt: skip
+)
 from ncmodel.cli.ingested import emit_ingested
 from ncmodel.errors import InputError, UsageError
 
@@ -119,12 +119,19 @@ def serve(
     replace_unreliable: Annotated[
         bool, typer.Option(help="Offer unreliable participants' questionnaires again.")
     ] = False,
+    taken_part: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="Votes, answers or database of an earlier round, whose participants can't again; repeatable."
+        ),
+    ] = None,
     token_file: Annotated[
         Path | None, typer.Option(help="File with the requester's token; DB.token by default.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print where it listens as one JSON object.")] = False,
 ) -> None:
     """Serve a batch as a web site of its own, for participants of Prolific or anybody with the link."""
+    from dataset_tools.collect import workers_of
     from dataset_tools.site import CONSENT, Settings
     from dataset_tools.site_server import SiteFiles, read_consent, site_parameters
     from dataset_tools.site_server import serve as serve_site
@@ -142,6 +149,7 @@ def serve(
         public_url=public_url.rstrip("/"),
     )
     files = SiteFiles(batch_dir, db, token_file or db.with_name(db.name + ".token"))
+    policy = Policy(places, 60 * abandoned_after, replace_unreliable, workers_of(taken_part or ()))
 
     def announce(found: "Addresses") -> None:
         if as_json:
@@ -150,7 +158,7 @@ def serve(
         else:
             sys.stderr.write(found.text() + "\n")
 
-    serve_site(files, settings, Policy(places, 60 * abandoned_after, replace_unreliable), host, port, announce)
+    serve_site(files, settings, policy, host, port, announce)
 
 
 def simulate(

@@ -21,7 +21,7 @@ from ncmodel.cli.crowd_options import (
     RenderSide,
     ResultsOut,
     Seed,
-)  # fmt: skip
+)
 from ncmodel.cli.ingested import emit_ingested
 from ncmodel.errors import InputError, UsageError
 
