@@ -132,6 +132,7 @@ def check_output(path: str | Path) -> None:
         InputError: There is no such folder.
     """
     if Path(path).suffix.lower() not in SUFFIXES:
-        raise UsageError(f"{path}: the suffix is {Path(path).suffix!r}, expected {', '.join(SUFFIXES)}")
+        found = f"the suffix is {Path(path).suffix!r}" if Path(path).suffix else "no suffix"
+        raise UsageError(f"{path}: {found}, expected {', '.join(SUFFIXES)}, or an existing folder")
     if not Path(path).parent.is_dir():
         raise InputError(path, f"there is no folder {Path(path).parent}", "a folder that exists")

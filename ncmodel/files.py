@@ -22,7 +22,10 @@ def atomic(path: str | Path) -> Iterator[Path]:
     target = Path(path)
     if not target.parent.is_dir():
         raise InputError(path, f"there is no folder {target.parent}", "a folder that exists")
-    handle, name = tempfile.mkstemp(prefix=".tmp-", suffix=target.suffix, dir=target.parent or ".")
+    try:
+        handle, name = tempfile.mkstemp(prefix=".tmp-", suffix=target.suffix, dir=target.parent or ".")
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(target)) from error  # nobody knows the name aside
     os.close(handle)
     aside = Path(name)
     try:

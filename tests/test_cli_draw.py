@@ -157,6 +157,7 @@ def test_one_bad_mesh_does_not_stop_the_others(mesh: Path, tmp_path: Path, capsy
         (("--thresholds", "ridges=much"), "--thresholds: ridges is 'much', expected a number or off"),
         (("--thresholds", "ridges=-1"), "ridges is -1.0, expected a number >= 0"),
         (("--thresholds", "ridges=nan"), "ridges is nan, expected a number >= 0"),
+        (("--lines", ","), "--lines: found no family"),
         (("--lines", "hatching"), "--lines: unknown family 'hatching'"),
         (("--size", "0"), "size 0 x 0"),
         (("--size", "big"), "--size: found 'big'"),

@@ -313,6 +313,15 @@ def test_bad_files_are_one_clear_line(name: str, tmp_path: Path) -> None:
     assert "\n" not in str(caught.value)
 
 
+def test_a_damaged_gltf_is_not_taken_for_its_neighbour(tmp_path: Path) -> None:
+    for name, data in trimesh.exchange.gltf.export_gltf(trimesh.Scene(trimesh.creation.box())).items():
+        (tmp_path / name).write_bytes(data)
+    (tmp_path / "cut.gltf").write_bytes((tmp_path / "model.gltf").read_bytes()[:200])
+    assert len(load_mesh(tmp_path / "model.gltf").faces) == 12
+    with pytest.raises(MeshError, match=r"not readable as .gltf"):
+        load_mesh(tmp_path / "cut.gltf")
+
+
 def test_bad_arrays() -> None:
     vertices, faces = tetrahedron()
     for wrong_vertices, wrong_faces in (

@@ -13,7 +13,7 @@ import typer
 
 from ncmodel.cli.common import emit, parse_families, parse_size, parse_thresholds, progress
 from ncmodel.errors import BatchError, InputError, NeuralContoursError, UsageError
-from ncmodel.types import FILTERED_FAMILIES
+from ncmodel.types import FILTERED_FAMILIES, LineFamily
 
 if TYPE_CHECKING:
     from ncmodel.camera import Camera
@@ -148,7 +148,7 @@ def _draw_folder(job: _Job, meshes: list[Path]) -> None:
     if f".{job.suffix}" not in SUFFIXES:
         raise UsageError(f"--format: found {job.suffix!r}, expected svg, png or pdf")
     if job.output.exists() and not job.output.is_dir():
-        raise UsageError(f"--output: {job.output} is a file, expected a folder for {len(meshes)} meshes")
+        raise UsageError(f"--output: {job.output} is a file, expected a folder")
     job.output.mkdir(parents=True, exist_ok=True)
     records, failed, sheet = [], [], []
     with progress("draw", len(meshes)) as advance:
@@ -186,6 +186,8 @@ def _what(lines: str | None, thresholds: str | None) -> dict[str, Any]:
     from ncmodel.types import Thresholds
 
     families = None if lines is None else parse_families(lines)
+    if families == ():
+        raise UsageError(f"--lines: found no family, expected some of {','.join(LineFamily)}")
     if thresholds is None:
         return {"lines": families}
     values = parse_thresholds(thresholds)

@@ -4,6 +4,7 @@ OBJ, PLY, STL and OFF are read here, because vertex and face order must be kept 
 library to load; glTF is read by trimesh.
 """
 
+import json
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -77,6 +78,9 @@ def _off(data: bytes) -> Geometry:
 def _gltf(path: Path) -> Geometry:
     import trimesh
 
+    if path.suffix.lower() == ".gltf":
+        # trimesh would take another .gltf file of the folder for a damaged one.
+        json.loads(path.read_bytes())
     try:
         scene = trimesh.load_scene(path, process=False)
     except Exception as error:  # whatever a broken file makes it stumble over
