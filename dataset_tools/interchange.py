@@ -48,7 +48,7 @@ class ExchangedView:
         n_dot_v: (H, W) in [0, 1], background 1.
         maps: (7, H, W) depth and six shaded maps, background 1.
         p90: (4,) the features' units.
-        feature_size: rtsc's.
+        feature_size: What makes strengths dimensionless.
     """
 
     lines: Image
@@ -144,10 +144,10 @@ def _read(path: Path) -> Image:
 
 
 def _info(path: Path) -> tuple[float, float]:
-    """The two numbers of an info file."""
+    """The two numbers that an info file begins with; the published scripts read no further either."""
     expected = 'two numbers, "p90 feature_size"'
     try:
-        p90, feature_size = (float(word) for word in path.read_text(encoding="utf-8").split())
+        p90, feature_size = (float(word) for word in path.read_text(encoding="utf-8").split("\n")[0].split()[:2])
     except OSError as error:
         raise InputError(path, f"can't be read ({error.strerror})", expected) from error
     except ValueError as error:

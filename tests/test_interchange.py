@@ -14,18 +14,19 @@ from ncmodel.geometry.mesh import make_mesh
 from ncmodel.geometry.surface import Surface
 from ncmodel.geometry.view import View
 from ncmodel.maps import line_maps
+from ncmodel.types import LineFamily
 from tests import dirty
 
 SIZE = (80, 60)
 STEP_8, STEP_16 = 0.5 / 255 + 1e-6, 0.5 / 65535 + 1e-6
 
 
-@pytest.fixture(scope="module")
-def view() -> View:
+@pytest.fixture(scope="module", params=[SIZE, (61, 97), (128, 128)], ids=["landscape", "portrait", "square"])
+def view(request: pytest.FixtureRequest) -> View:
     vertices, faces = dirty.sphere(fineness=4)
     vertices = vertices * (1 + 0.15 * np.sin(6 * vertices[:, :1]) * np.cos(5 * vertices[:, 2:]))
     mesh = make_mesh(vertices, faces)
-    return View(Surface(mesh), camera_at(mesh, 40.0, SIZE))
+    return View(Surface(mesh), camera_at(mesh, 40.0, request.param))
 
 
 def write(view: ExchangedView, folder: Path) -> Path:
@@ -53,7 +54,7 @@ def test_the_folder_holds_the_files_that_the_published_scripts_read(view: View, 
     expected |= {f"{name}{end}" for name in NAMES for end in (".png", "_feature.png", "_info.txt")}
     assert {path.name for path in folder.iterdir()} == expected
     feature: Any = np.asarray(cv2.imread(str(folder / "ridge_feature.png"), cv2.IMREAD_UNCHANGED))
-    assert (feature.dtype, feature.shape) == (np.uint16, (60, 80))
+    assert (feature.dtype, feature.shape) == (np.uint16, (view.camera.height, view.camera.width))
     assert feature[0, 0] == 65535
     line: Any = np.asarray(cv2.imread(str(folder / "ridge.png"), cv2.IMREAD_UNCHANGED))
     assert (line.dtype, line[0, 0]) == (np.uint8, 255)
@@ -64,7 +65,7 @@ def test_our_model_finds_its_line_maps_in_what_it_imports(view: View, tmp_path: 
     ours = line_maps(view)
     assert imported.lines == pytest.approx(ours.lines, abs=STEP_8)
     assert imported.p90 == pytest.approx(ours.p90)
-    assert imported.lines.shape == imported.features.shape == (4, 60, 80)
+    assert imported.lines.shape == imported.features.shape == (4, view.camera.height, view.camera.width)
 
 
 def test_a_missing_picture_is_named(view: View, tmp_path: Path) -> None:
@@ -80,6 +81,28 @@ def test_an_info_file_without_its_numbers_is_named(view: View, tmp_path: Path, t
     (folder / "ridge_info.txt").write_text(text)
     with pytest.raises(InputError, match=r"ridge_info\.txt"):
         read_exchanged(folder)
+
+
+def test_what_follows_the_numbers_of_an_info_file_does_not_matter(view: View, tmp_path: Path) -> None:
+    folder = write(exchanged(view), tmp_path / "view")
+    info = folder / "suggestive_contour_info.txt"
+    before = read_exchanged(folder)
+    info.write_text(info.read_text().strip() + " 7\nmore\n")
+    assert read_exchanged(folder).p90.tolist() == before.p90.tolist()
+
+
+def test_the_published_filters_keep_what_rtsc_s_thresholds_keep(view: View, tmp_path: Path) -> None:
+    # The published scripts multiply a feature by p90 and by the feature size to the power of its dimension.
+    folder = write(exchanged(view), tmp_path / "view")
+    for name, family, power in (("ridge", LineFamily.RIDGES, 1), ("suggestive_contour", LineFamily.SUGGESTIVE, 2)):
+        stored: Any = cv2.imread(str(folder / f"{name}_feature.png"), cv2.IMREAD_UNCHANGED)
+        p90, size = (float(word) for word in (folder / f"{name}_info.txt").read_text().split())
+        ours = view.feature_map(family) * size**power
+        unclipped = view.buffers.hit & (ours > 0) & (stored < 65535)
+        assert unclipped.any()
+        assert stored[unclipped] / 65535 * p90 * size**power == pytest.approx(
+            ours[unclipped], abs=p90 * size**power / 65535
+        )
 
 
 def test_pictures_of_different_sizes_are_refused(view: View, tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """Choosing the most distinct drawings."""
 
 import itertools
+import sys
 from pathlib import Path
 
 import kmedoids
@@ -91,8 +92,10 @@ def test_counts_that_make_no_sense_are_refused(count: int) -> None:
 
 
 @pytest.mark.slow
-def test_no_random_start_of_a_hundred_does_better_on_twenty_real_views(shared: Path) -> None:
-    worst = 0.0
+def test_no_random_start_of_a_hundred_does_better_on_twenty_real_views(
+    shared: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ratios = []
     for path in sorted((shared / "meshes" / "clean").glob("*.obj"))[:10]:
         mesh, _ = clean_file(path)
         surface = Surface(mesh)
@@ -100,5 +103,11 @@ def test_no_random_start_of_a_hundred_does_better_on_twenty_real_views(shared: P
             candidates = draw_candidates(View(surface, camera_at(mesh, azimuth, (768, 768))), Levels())
             distances = chamfer_matrix(candidates.masks, candidates.members)
             best = min(kmedoids.fasterpam(distances, 8, random_state=seed, n_cpu=1).loss for seed in range(100))
-            worst = max(worst, select(distances).loss / best)
-    assert worst <= 1.001, worst
+            ratios.append(select(distances).loss / best)
+    with capsys.disabled():
+        above = sum(ratio > 1 for ratio in ratios)
+        sys.stdout.write(
+            f"\nloss over the best of 100 starts: worst {max(ratios):.6f}, {above} of {len(ratios)} above 1\n"
+        )
+    assert len(ratios) == 20
+    assert max(ratios) <= 1.001
