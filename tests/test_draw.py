@@ -17,7 +17,7 @@ from ncmodel.camera import Camera
 from ncmodel.draw import draw
 from ncmodel.drawing import DEFAULT_FAMILIES, Drawing
 from ncmodel.errors import InputError, MeshError, UsageError
-from ncmodel.geometry.mesh import make_mesh
+from ncmodel.geometry.mesh import load_mesh, make_mesh
 from ncmodel.geometry.surface import Surface
 from ncmodel.types import Image, LineFamily, Mesh, Stroke, Thresholds
 from tests import analytic
@@ -50,10 +50,13 @@ def test_drawings_agree_with_reference_pictures(shape: str, picture: str, shared
     folder = shared / "reference"
     stored = cv2.imread(str(folder / f"{shape}_{picture}.png"), cv2.IMREAD_GRAYSCALE)
     reference: Image = (1 - np.asarray(stored, dtype=np.float32) / 255).astype(np.float32)
-    ours = draw(folder / f"{shape}.ply", Camera.load(folder / f"{shape}.camera.json"), PICTURES[picture]).ink()
-    assert ours.shape == reference.shape
-    assert near(ours, reference) > 0.99
-    assert near(reference, ours) > 0.99
+    mesh, camera = load_mesh(folder / f"{shape}.ply"), Camera.load(folder / f"{shape}.camera.json")
+    # With the feature size that the pictures were drawn with; and with ours, which differs by 10 % on the bumpy sphere.
+    for surface, least in ((Surface(mesh, sizing="sampled"), 0.99), (Surface(mesh), 0.98)):
+        ours = draw(surface, camera, PICTURES[picture]).ink()
+        assert ours.shape == reference.shape
+        assert near(ours, reference) > least
+        assert near(reference, ours) > least
 
 
 @pytest.mark.parametrize(

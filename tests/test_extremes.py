@@ -6,7 +6,8 @@
 | zero-area faces | no part in normals and curvature; everything else as without them |
 | slivers and needles of aspect 1e6 | curvature as the definition has it, finite |
 | coincident vertices | kept: curvature of loose faces is 0, all their sides are boundaries |
-| unreferenced vertices | normal +y, curvature 0; everything else as without them |
+| unreferenced vertices, near or far | normal +y, curvature 0; everything else as without them |
+| degenerate faces alone | boundaries alone |
 | edges with three faces | no boundary, a crease if one pair of opposite sides bends |
 | faces twice, back to back | the first face's side counts |
 | inverted shells | curvature with the other sign |
@@ -25,12 +26,13 @@ import pytest
 from eval.processes import run_command, write_ply
 from eval.scaling import bumpy_torus
 from ncmodel.camera import Camera
+from ncmodel.draw import draw
 from ncmodel.geometry import zero_sets
 from ncmodel.geometry.features import features
 from ncmodel.geometry.mesh import make_mesh
 from ncmodel.geometry.surface import Surface
 from ncmodel.geometry.view import View
-from ncmodel.types import Floats, LineFamily, Mesh
+from ncmodel.types import Floats, LineFamily, Mesh, Thresholds
 from tests import analytic, extreme_meshes
 from tests.extreme_meshes import MESHES
 from tests.segments import agreement
@@ -95,6 +97,30 @@ def test_unreferenced_vertices_change_nothing() -> None:
     np.testing.assert_array_equal(strays.normals[7:10], np.tile([0.0, 1.0, 0.0], (3, 1)))
     assert (strays.curvatures[7:10] == 0).all()
     assert strays.is_closed
+
+
+def test_unreferenced_vertices_change_no_drawing() -> None:
+    """Neither where they are, here 1e5 sizes away, nor how many: no size, no hidden part, no threshold follows them."""
+    vertices, faces = analytic.torus(60, 30)
+    vertices = vertices * (1 + 0.1 * np.sin(14 * vertices[:, :1]))
+    strays = np.random.default_rng(0).normal(scale=1e5, size=(len(vertices), 3))
+    thresholds = Thresholds(0.001, 0.02, 0.02, 0.02)
+    plain, among = (
+        draw(mesh, lines=list(LineFamily), thresholds=thresholds, size=(256, 256))
+        for mesh in (Mesh(vertices, faces), Mesh(np.concatenate([strays, vertices]), faces + len(strays)))
+    )
+    assert {stroke.family for stroke in plain.strokes} >= {LineFamily.CONTOURS, LineFamily.RIDGES, LineFamily.APPARENT}
+    assert len(plain.strokes) == len(among.strokes)
+    for one, other in zip(plain.strokes, among.strokes, strict=True):
+        np.testing.assert_allclose(one.points, other.points, atol=1e-6)
+
+
+def test_nothing_but_degenerate_faces() -> None:
+    """Faces without area have borders at most."""
+    vertices = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0]])
+    drawing = draw(make_mesh(vertices, [[0, 1, 2], [1, 2, 3], [2, 2, 3]]), lines=list(LineFamily), size=(64, 64))
+    assert {stroke.family for stroke in drawing.strokes} <= {LineFamily.BOUNDARIES}
+    assert np.isfinite(drawing.ink()).all()
 
 
 def test_coincident_vertices_stay_apart() -> None:

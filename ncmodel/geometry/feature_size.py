@@ -33,10 +33,10 @@ def feature_size_of_all(curvatures: Floats, radius: float) -> float:
     """What `sampled_feature_size` estimates: the same from the curvature of all vertices, whatever their order.
 
     Args:
-        curvatures: (V, 2) principal curvatures.
+        curvatures: (V, 2) principal curvatures; without any, the shape counts as flat.
         radius: Of the smallest sphere around the shape.
     """
-    sizes = np.abs(curvatures).ravel()
+    sizes = np.abs(curvatures).ravel() if len(curvatures) else np.zeros(1)
     rank = 2 * len(curvatures) // 10
     return _feature_size(float(np.partition(sizes, rank)[rank]), radius)
 

@@ -29,8 +29,8 @@ class Surface:
     Args:
         mesh: The mesh, in object space.
         trace: Where to record what was computed; a new one by default.
-        sizing: What the feature size is found from: "all" vertices, or those that rtsc's fixed random sequence picks by
-            their numbers. They differ by some 20 %; the latter is needed to agree with rtsc's numbers.
+        sizing: What the feature size is found from: "all" vertices of faces, or those "sampled" by their numbers in
+            rtsc's fixed random sequence. They differ by some 20 %; only the latter agrees with rtsc's numbers.
     """
 
     def __init__(self, mesh: Mesh, trace: Trace | None = None, sizing: Sizing = "all") -> None:
@@ -92,14 +92,16 @@ class Surface:
 
     @stage
     def enclosing_radius(self) -> float:
-        """Radius of the smallest sphere around the vertices."""
-        return enclosing_radius(self.mesh.vertices)
+        """Radius of the smallest sphere around the vertices; for rtsc, those that no face uses count, too."""
+        return enclosing_radius(self.mesh.vertices if self.sizing == "sampled" else self.mesh.used_vertices)
 
     @stage
     def feature_size(self) -> float:
         """The length that makes thresholds dimensionless."""
         if self.sizing == "all":
-            return feature_size_of_all(self.curvatures, self.enclosing_radius)
+            inhabited = self.point_areas > 0.0
+            curvatures = self.curvatures if inhabited.all() else self.curvatures[inhabited]
+            return feature_size_of_all(curvatures, self.enclosing_radius)
         return sampled_feature_size(self.curvatures, self.enclosing_radius)
 
     @stage
