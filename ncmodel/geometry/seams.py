@@ -20,7 +20,7 @@ def sewn(surface: Surface) -> Surface:
     borders = np.unique(surface.boundary_edges.ends)
     with timed(surface.trace, "sewn"):
         same = _coincident(surface.mesh, borders)
-        count = len(same) - len(np.unique(same))
+        count = int((same != np.arange(len(same))).sum())
         if count == 0:
             return surface
         vertices, faces = merged(surface.mesh.vertices, surface.mesh.faces, same)
