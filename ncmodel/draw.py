@@ -63,7 +63,7 @@ def draw(
     """Draw a shape's lines.
 
     Args:
-        shape: A mesh file, a mesh, or a surface whose computed quantities are to be reused.
+        shape: A mesh file, whose seams are sewn; a mesh; or a surface whose computed quantities are to be reused.
         camera: Where from; unless given, one at `azimuth` and `elevation` that has the shape in its frame.
         lines: Families to draw, of which those whose threshold is None are left out. Without a model,
             `DEFAULT_FAMILIES` unless given; a model decides by itself unless given what it may choose from.

@@ -10,10 +10,11 @@ import cv2
 import numpy as np
 import pytest
 
+from ncmodel.draw import draw
 from ncmodel.errors import UsageError
 from ncmodel.export import OPACITY_STEP, OVERLAP, Picture, colour, ink, pdf, png, svg
 from ncmodel.raster import draw_segments
-from ncmodel.types import Floats, Image, Stroke
+from ncmodel.types import Floats, Image, LineFamily, Stroke
 
 SVG = "{http://www.w3.org/2000/svg}"
 
@@ -250,21 +251,35 @@ def test_same_strokes_same_bytes(picture: Picture) -> None:
     assert (svg(picture), pdf(picture), png(picture)) == (svg(again), pdf(again), png(again))
 
 
-@pytest.mark.browser
-def test_browser_shows_what_the_png_shows(picture: Picture, tmp_path: Path) -> None:
+def browsed(document: str, folder: Path, shape: tuple[int, int]) -> Image:
+    """(H, W) ink of an SVG as Chromium shows it."""
     from playwright.sync_api import sync_playwright
 
-    (tmp_path / "p.svg").write_text(svg(picture), encoding="utf-8")
+    (folder / "p.svg").write_text(document, encoding="utf-8")
     with sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path="/usr/bin/chromium", args=["--no-sandbox"])
-        page = browser.new_page(viewport={"width": 200, "height": 200})
-        page.goto((tmp_path / "p.svg").as_uri())
-        page.screenshot(path=str(tmp_path / "p.png"))
+        page = browser.new_page(viewport={"width": shape[1], "height": shape[0]})
+        page.goto((folder / "p.svg").as_uri())
+        page.screenshot(path=str(folder / "p.png"))
         browser.close()
-    grey = cv2.imread(str(tmp_path / "p.png"), cv2.IMREAD_GRAYSCALE)
-    seen: Image = (1 - np.asarray(grey, dtype=np.float32) / 255).astype(np.float32)
-    raster = ink(picture)
+    grey = cv2.imread(str(folder / "p.png"), cv2.IMREAD_GRAYSCALE)
+    return (1 - np.asarray(grey, dtype=np.float32) / 255).astype(np.float32)
+
+
+@pytest.mark.browser
+def test_browser_shows_what_the_png_shows(picture: Picture, tmp_path: Path) -> None:
+    seen, raster = browsed(svg(picture), tmp_path, (200, 200)), ink(picture)
     for level in (0.25, 0.5):
         assert far(raster, seen, level) < 0.005
         assert far(seen, raster, level) < 0.02
     assert np.abs(seen - shown(svg(picture), (200, 200))).mean() < 0.005
+
+
+@pytest.mark.browser
+@pytest.mark.parametrize("name", ["bunny.obj", "cow.obj"])
+def test_browser_shows_all_families_as_the_png_does(name: str, bundled: Path, tmp_path: Path) -> None:
+    page = draw(bundled / name, lines=list(LineFamily)).picture()
+    seen, raster = browsed(svg(page), tmp_path, (768, 768)), ink(page)
+    for level in (0.1, 0.25, 0.5, 0.75):
+        assert far(raster, seen, level) < 0.005
+        assert far(seen, raster, level) < 0.005
