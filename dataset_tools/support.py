@@ -55,7 +55,7 @@ def support_hard_edges(vertices: Floats, faces: Ints, step: float) -> tuple[Floa
     edge_of = np.empty(faces.shape, dtype=np.int64)
     edge_of[sides.face, sides.corner] = sides.edge
     touched: Mask = np.asarray(on_hard[faces].any(axis=1))
-    inside, parts, divided = _divide(vertices, faces, touched, edge_of, hard, ends, number, len(points), step)
+    inside, parts, divided = _divide(points, faces, touched, edge_of, hard, ends, number, step)
     return np.concatenate([points, inside]), np.concatenate([faces[~divided], parts])
 
 
@@ -116,22 +116,15 @@ def _bends(vertices: Floats, faces: Ints, sides: HalfEdges) -> Floats:
 
 @njit(cache=True)
 def _divide(
-    vertices: Floats,
-    faces: Ints,
-    touched: Mask,
-    edge_of: Ints,
-    hard: Mask,
-    ends: Ints,
-    number: Ints,
-    first_inside: int,
-    step: float,
+    vertices: Floats, faces: Ints, touched: Mask, edge_of: Ints, hard: Mask, ends: Ints, number: Ints, step: float
 ) -> tuple[Floats, Ints, Mask]:
     """Divide the faces that touch hard edges: the vertices put inside of them, the parts, and which faces they were."""
     inside = np.empty((3 * len(faces), 3))
     parts = np.empty((16 * len(faces), 3), np.int64)
     divided = np.zeros(len(faces), np.bool_)
-    n_inside = n_parts = 0
-    ring, first, last = np.empty(6, np.int64), np.empty(3, np.int64), np.empty(3, np.int64)
+    n_inside, n_parts, first_inside = 0, 0, len(vertices)
+    ring, corners = np.empty(6, np.int64), np.empty((6, 3))
+    first, last = np.empty(3, np.int64), np.empty(3, np.int64)
     for f in range(len(faces)):
         if not touched[f]:
             continue
@@ -160,12 +153,31 @@ def _divide(
             if hard[edge_of[f, k]]:
                 n_parts = _add(parts, n_parts, faces[f, k], faces[f, after], first[after])
                 n_parts = _add(parts, n_parts, faces[f, k], first[after], last[k])
-        if n_parts == before:
+        if n_parts == before and size == 3:
             continue
         divided[f] = True
+        for j in range(size):
+            corners[j] = vertices[ring[j]] if ring[j] < first_inside else inside[ring[j] - first_inside]
+        apex = _best_apex(corners[:size])
         for j in range(1, size - 1):
-            n_parts = _add(parts, n_parts, ring[0], ring[j], ring[j + 1])
+            n_parts = _add(parts, n_parts, ring[apex], ring[(apex + j) % size], ring[(apex + j + 1) % size])
     return inside[:n_inside].copy(), parts[:n_parts].copy(), divided
+
+
+@njit(cache=True)
+def _best_apex(corners: Floats) -> int:
+    """The corner of a polygon from which a fan has the largest smallest triangle: some corners lie on one line."""
+    size, best, largest = len(corners), 0, -1.0
+    for apex in range(size):
+        smallest = np.inf
+        for j in range(1, size - 1):
+            one = corners[(apex + j) % size] - corners[apex]
+            other = corners[(apex + j + 1) % size] - corners[apex]
+            area = float(np.linalg.norm(np.cross(one, other)))
+            smallest = area if area < smallest else smallest
+        if smallest > largest:
+            best, largest = apex, smallest
+    return best
 
 
 @njit(cache=True)

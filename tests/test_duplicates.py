@@ -1,15 +1,20 @@
 """Duplicates: the same shape however it is turned, scaled, ordered and meshed; and nothing else."""
 
+import itertools
+import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from dataset_tools.build import build_dataset
+from dataset_tools.clean import clean_file
 from dataset_tools.cluster import HereRunner
-from dataset_tools.duplicates import candidate_pairs, compared_before, decide, to_json
+from dataset_tools.duplicates import NEAR, candidate_pairs, compared_before, decide, to_json
 from dataset_tools.encode import ply
 from dataset_tools.settings import BuildConfig
+from dataset_tools.shapes import make_shapes
 from dataset_tools.similarity import invariants, surface_distance
 from dataset_tools.sources import find_sources
 from ncmodel.types import Floats, Mesh
@@ -108,3 +113,53 @@ def test_a_build_leaves_duplicates_out_and_says_of_what(tmp_path: Path) -> None:
         "other": ("done", ""),
         "two": ("skipped", "duplicate of one"),
     }
+
+
+def decimated(mesh: Mesh, share: float) -> Mesh:
+    """The same surface with this share of the faces."""
+    import pymeshlab
+
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(mesh.vertices, mesh.faces))
+    meshes.meshing_decimation_quadric_edge_collapse(targetfacenum=int(share * len(mesh.faces)), preservenormal=True)
+    small = meshes.current_mesh()
+    return Mesh(small.vertex_matrix(), small.face_matrix().astype(np.int64), mesh.name)
+
+
+def stretched(mesh: Mesh, share: float) -> Mesh:
+    """The shape, longer along x by a share."""
+    return Mesh(mesh.vertices * [1.0 + share, 1.0, 1.0], mesh.faces)
+
+
+CHANGES: dict[str, Callable[[Mesh], Mesh]] = {
+    "turned, scaled, reordered": disguised,
+    "1/2 of the faces": lambda mesh: disguised(decimated(mesh, 0.5)),
+    "1/4 of the faces": lambda mesh: disguised(decimated(mesh, 0.25)),
+    "1/10 of the faces": lambda mesh: disguised(decimated(mesh, 0.1)),
+    "2 % longer": lambda mesh: disguised(stretched(mesh, 0.02)),
+    "5 % longer": lambda mesh: disguised(stretched(mesh, 0.05)),
+    "10 % longer": lambda mesh: disguised(stretched(mesh, 0.1)),
+}
+
+
+def found_alike(one: Mesh, other: Mesh) -> bool:
+    """What a build decides: near invariants, then the distance between the surfaces."""
+    if np.abs(invariants(one) - invariants(other)).max() > NEAR:
+        return False
+    return surface_distance(one, other) <= TOLERANCE
+
+
+@pytest.mark.slow
+def test_what_is_taken_for_a_duplicate_among_real_shapes(shared: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    meshes = [clean_file(path)[0] for path in sorted((shared / "meshes" / "clean").iterdir())]
+    shapes = [*meshes, *make_shapes(60)]
+    taken = {name: sum(found_alike(mesh, change(mesh)) for mesh in meshes) for name, change in CHANGES.items()}
+    wrong = [(a.name, b.name) for a, b in itertools.combinations(shapes, 2) if found_alike(a, b)]
+    with capsys.disabled():
+        for name, count in taken.items():
+            sys.stdout.write(f"\n{name}: taken for the same {count} of {len(meshes)}")
+        pairs = len(shapes) * (len(shapes) - 1) // 2
+        sys.stdout.write(f"\ndifferent shapes taken for the same: {len(wrong)} of {pairs} pairs {wrong}\n")
+    assert taken["turned, scaled, reordered"] == taken["1/2 of the faces"] == len(meshes)
+    assert wrong == []
+    assert taken["10 % longer"] == 0

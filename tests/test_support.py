@@ -92,3 +92,27 @@ def test_a_prism_of_many_sides_stays_closed() -> None:
     assert dirty.is_closed(parts)
     assert dirty.signed_volume(points, parts) == pytest.approx(dirty.signed_volume(vertices, faces))
     assert areas(points, parts).sum() == pytest.approx(areas(vertices, faces).sum())
+
+
+def cut_at_random(part: dirty.Geometry, cuts: int, seed: int) -> dirty.Geometry:
+    """The same surface, faces chosen at random cut in three, some of the new corners close to an old one."""
+    rng = np.random.default_rng(seed)
+    points, triangles = list(part[0]), [tuple(face) for face in part[1]]
+    for _ in range(cuts):
+        a, b, c = triangles.pop(int(rng.integers(len(triangles))))
+        share = rng.dirichlet((0.3, 0.3, 0.3)).clip(0.01)
+        points.append(np.asarray(share / share.sum() @ np.array([points[a], points[b], points[c]])))
+        new = len(points) - 1
+        triangles += [(a, b, new), (b, c, new), (c, a, new)]
+    return np.array(points), np.array(triangles)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_no_crack_opens_where_only_one_side_of_an_edge_has_room(seed: int) -> None:
+    vertices, faces = cut_at_random(dirty.box(), 40, seed)
+    assert dirty.is_closed(faces)
+    points, parts = support_hard_edges(vertices, faces, STEP)
+    assert len(points) > len(vertices)
+    assert dirty.is_closed(parts)
+    assert dirty.signed_volume(points, parts) == pytest.approx(1.0)
+    assert areas(points, parts).sum() == pytest.approx(6.0)
