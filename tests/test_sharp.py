@@ -105,6 +105,12 @@ def test_weak_zigzags_are_no_lines_and_strong_ones_are(height: float, drawn: int
     assert len(view.candidates(LineFamily.CREASES)) == drawn
 
 
+@pytest.mark.parametrize("angle", [1.0, 119.0, 121.0, 170.0])
+def test_every_angle_is_fine(angle: float) -> None:
+    folded = surface(ragged(0.2, 5.0))
+    assert len(crease_lines(folded, angle)) <= len(folded.creases(angle))
+
+
 def test_weak_lines_that_run_straight_stay() -> None:
     bent = surface(ragged(0.0, 0.5))
     assert len(crease_lines(bent, 40.0)) == 20

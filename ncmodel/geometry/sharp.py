@@ -39,7 +39,7 @@ def parted(surface: Surface, angle_degrees: float) -> Surface:
     if angle_degrees not in surface.parted:
         creases, rings, normals = crease_lines(surface, angle_degrees), surface.rings, surface.normals
         with timed(surface.trace, "parted"):
-            surface.parted[angle_degrees] = _parted_at(surface, creases, rings, normals)
+            surface.parted[angle_degrees] = _parted_at(surface, creases, angle_degrees, rings, normals)
     return surface.parted[angle_degrees]
 
 
@@ -49,19 +49,27 @@ def crease_lines(surface: Surface, angle_degrees: float) -> Edges:
     Where few triangles span a rounded edge, some of their sides happen to bend by more than the angle: fragments that
     zigzag along it and are hardly anywhere bent by much more. Edges of a form are bent sharply, or run evenly.
     """
+    if isinstance(surface, _Parted) and surface.angle_degrees == angle_degrees:
+        return surface.parted_at
     creases = surface.creases(angle_degrees)
     if len(creases) == 0:
         return creases
-    count = len(surface.mesh.vertices)
-    points = surface.mesh.vertices[creases.ends]
+    strongest = surface.creases(min(STRONG * angle_degrees, 180.0))
+    with timed(surface.trace, "crease_lines"):
+        kept = _are_lines(surface.mesh.vertices, creases, strongest)
+    return Edges(creases.ends[kept], creases.face[kept])
+
+
+def _are_lines(vertices: Floats, creases: Edges, strongest: Edges) -> Mask:
+    """(n,) which of the creases are lines, given those that are strong."""
+    points = vertices[creases.ends]
     run = connected(points)
     length = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
     total = np.bincount(run, length)
-    strong = np.isin(_keys(creases, count), _keys(surface.creases(STRONG * angle_degrees), count))
+    strong = np.isin(_keys(creases, len(vertices)), _keys(strongest, len(vertices)))
     large = (np.bincount(run) >= CREASE_EDGES) | (total >= CREASE_LENGTH)
     sharp = np.bincount(run, length * strong) >= STRONG_SHARE * total
-    kept = (large & (sharp | (_raggedness(points, run) <= RAGGED)))[run]
-    return Edges(creases.ends[kept], creases.face[kept])
+    return np.asarray((large & (sharp | (_raggedness(points, run) <= RAGGED)))[run])
 
 
 def _raggedness(points: Floats, run: Ints) -> Floats:
@@ -95,8 +103,8 @@ def _keys(edges: Edges, count: int) -> Ints:
     return np.asarray(edges.ends.min(axis=1) * count + edges.ends.max(axis=1))
 
 
-def _parted_at(surface: Surface, edges: Edges, rings: Rings, normals: Floats) -> Surface:
-    """The surface parted at some of its edges."""
+def _parted_at(surface: Surface, edges: Edges, angle_degrees: float, rings: Rings, normals: Floats) -> Surface:
+    """The surface parted at its creases sharper than the angle that are lines."""
     vertices, faces = surface.mesh.vertices, surface.faces
     creases = np.unique(_keys(edges, len(vertices)))
     # Where a sheet's two sides share vertices, their normals cancel, and some face looks away from what is left.
@@ -104,16 +112,18 @@ def _parted_at(surface: Surface, edges: Edges, rings: Rings, normals: Floats) ->
     new_faces, doubled = _part(vertices, faces, rings, suspects, creases)
     if len(doubled) == 0:
         return surface
-    return _Parted(surface, np.concatenate([vertices, vertices[doubled]]), new_faces)
+    return _Parted(surface, np.concatenate([vertices, vertices[doubled]]), new_faces, edges, angle_degrees)
 
 
 class _Parted(Surface):
     """A surface with the vertices on creases doubled, one for each part that meets there; otherwise the `whole` one."""
 
-    def __init__(self, whole: Surface, vertices: Floats, faces: Indices) -> None:
+    def __init__(
+        self, whole: Surface, vertices: Floats, faces: Indices, parted_at: Edges, angle_degrees: float
+    ) -> None:
         mesh = Mesh(vertices, faces.astype(np.int64), whole.mesh.name, whole.mesh.notes)
         super().__init__(mesh, whole.trace, whole.sizing)
-        self.whole = whole
+        self.whole, self.parted_at, self.angle_degrees = whole, parted_at, angle_degrees
 
     @property
     def is_closed(self) -> bool:

@@ -139,13 +139,9 @@ class View:
         """
         if family is LineFamily.CONTOURS:
             return self.outlines
-        return self.crease_lines if family is LineFamily.CREASES else self.lines(family)
-
-    @stage
-    def crease_lines(self) -> LineSet:
-        """The creases that are lines."""
-        edges = sharp.crease_lines(self.surface, self.crease_angle)
-        return edges.lines(LineFamily.CREASES, self.mesh.vertices)
+        if family is LineFamily.CREASES:
+            return sharp.crease_lines(self.surface, self.crease_angle).lines(family, self.mesh.vertices)
+        return self.lines(family)
 
     def unhidden(self, lines: LineSet, sample_pixels: float = 1.0) -> LineSet:
         """The parts of lines that the camera sees.
