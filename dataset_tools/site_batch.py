@@ -5,6 +5,7 @@ It knows the batch format and nothing of what is asked, so it serves any batch o
 
 import csv
 import html
+import io
 import re
 import sys
 from base64 import b64encode
@@ -13,7 +14,7 @@ from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 
-from dataset_tools.questionnaire import IMAGES_NAME, NONE, TASKS_NAME, TEMPLATE_NAME, read_key
+from dataset_tools.questionnaire import IMAGES_NAME, KEY_NAME, NONE, TASKS_NAME, TEMPLATE_NAME, read_key
 from dataset_tools.results import MAX_FIELD
 from ncmodel.errors import InputError
 
@@ -43,14 +44,18 @@ class SiteBatch:
     """
 
     def __init__(self, batch_dir: Path) -> None:
+        self._template = _read(batch_dir / TEMPLATE_NAME)
+        self._rows = _read_tasks(batch_dir / TASKS_NAME)
         try:
-            self._template = (batch_dir / TEMPLATE_NAME).read_text(encoding="utf-8")
-            self._rows = _read_tasks(batch_dir / TASKS_NAME)
             self.pictures = {path.name: path for path in (batch_dir / IMAGES_NAME).iterdir() if path.suffix == ".png"}
         except OSError as error:
-            raise InputError(error.filename, f"can't be read ({error.strerror})", "a batch") from error
+            raise InputError(error.filename, f"can't be read ({error.strerror})", "the pictures of a batch") from error
         record = read_key(batch_dir)["questionnaires"]
-        self.questions = {name: _asked(entry["questions"]) for name, entry in record.items()}
+        try:
+            self.questions = {name: _asked(entry["questions"]) for name, entry in record.items()}
+        except (KeyError, TypeError, AttributeError) as error:
+            found = f"not the key of a batch ({type(error).__name__}: {error})"
+            raise InputError(batch_dir / KEY_NAME, found, "a key that `ncontours crowd build` wrote") from error
         if set(self.questions) != set(self._rows):
             found = f"{len(self._rows)} questionnaires"
             raise InputError(batch_dir / TASKS_NAME, found, f"the key's {len(self.questions)}, the same ones")
@@ -103,13 +108,32 @@ def _asked(records: list[dict[str, object]]) -> dict[str, Asked]:
     return questions
 
 
+def _read(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise InputError(path, f"can't be read ({error.strerror})", "a file of a batch") from error
+    except UnicodeDecodeError as error:
+        raise InputError(path, f"not UTF-8 ({error.reason})", "a file of a batch") from error
+
+
 def _read_tasks(path: Path) -> dict[str, dict[str, str]]:
+    """Questionnaire -> its row, pictures at the addresses of this site."""
     csv.field_size_limit(min(MAX_FIELD, sys.maxsize))
-    with path.open(encoding="utf-8-sig", newline="") as file:
-        read = csv.DictReader(file)
-        rows = {row["questionnaire"]: {name: _local(cell) for name, cell in row.items()} for row in read}
+    expected = "a header with questionnaire, and a row for each with as many cells"
+    rows: dict[str, dict[str, str]] = {}
+    try:
+        header, *lines = list(csv.reader(io.StringIO(_read(path), newline=""))) or [[]]
+    except csv.Error as error:
+        raise InputError(path, f"not CSV ({error})", expected) from error
+    for number, cells in enumerate(lines, 2):
+        row = dict(zip(header, map(_local, cells), strict=False))
+        if len(cells) != len(header) or len(row) != len(header) or row.get("questionnaire", "") in ("", *rows):
+            found = f"{len(cells)} cells, questionnaire {row.get('questionnaire', '')!r}"
+            raise InputError(f"{path}, row {number}", found, expected)
+        rows[row["questionnaire"]] = row
     if not rows:
-        raise InputError(path, "no questionnaire", "one a row")
+        raise InputError(path, "no questionnaire", expected)
     return rows
 
 

@@ -121,7 +121,7 @@ class StudyKey:
         record = read_key(batch_dir)
         try:
             questionnaires = {
-                name: [_from_record(question) for question in entry["questions"]]
+                name: _checked(name, [_from_record(question) for question in entry["questions"]])
                 for name, entry in record["questionnaires"].items()
             }
             folders = StudyFolders.from_record(record["folders"]) if "folders" in record else None
@@ -144,10 +144,20 @@ def _to_record(question: PairQuestion) -> dict[str, Any]:
 
 
 def _from_record(record: Mapping[str, Any]) -> PairQuestion:
-    answers = {value: Preference(meaning) for value, meaning in record["options"].items()}
+    answers = {str(value): Preference(meaning) for value, meaning in record["options"].items()}
+    if sorted(answers.values()) != [Preference.OURS, Preference.RIVAL]:
+        raise ValueError(f"question {record['field']} has the options {list(answers.values())}")
     answers |= {BOTH: Preference.BOTH, NONE: Preference.NONE}
-    comparison = Comparison(record["shape"], record["view"])
-    return PairQuestion(record["field"], comparison, bool(record["flipped"]), answers)
+    comparison = Comparison(str(record["shape"]), str(record["view"]))
+    return PairQuestion(str(record["field"]), comparison, bool(record["flipped"]), answers)
+
+
+def _checked(name: str, questions: list[PairQuestion]) -> list[PairQuestion]:
+    """The questions of a questionnaire, if each comparison is asked about once and once more with sides swapped."""
+    asked, again = (sorted(q.comparison for q in questions if q.flipped is flipped) for flipped in (False, True))
+    if asked != again or len(set(asked)) != len(asked) or len({q.field for q in questions}) != len(questions):
+        raise ValueError(f"questionnaire {name} doesn't ask about every comparison twice, in fields of their own")
+    return questions
 
 
 def build_study(

@@ -9,7 +9,7 @@ import stat
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -577,3 +577,28 @@ def test_who_took_part_in_an_earlier_round_cannot_again(batch: Path, key: Key, t
         assert "taken part already" in again.text
         begin(site, "ben")
         site.state.store.close()
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "message"),
+    [
+        ("tasks.csv", lambda text: text.replace("questionnaire", "x", 1), "row 2: .* expected a header with questionn"),
+        ("tasks.csv", lambda text: text + "only,two\n", "row 6: 2 cells"),
+        ("tasks.csv", lambda text: text + text.splitlines()[-1] + "\n", "row 6: "),
+        ("tasks.csv", lambda text: "", "no questionnaire"),
+        ("template.html", lambda text: text + "\udcff", "template.html: not UTF-8"),
+        ("template.html", lambda text: text + "${q99_d1}", "placeholder 'q99_d1'"),
+        ("key.json", lambda text: text.replace('"options"', '"opt"', 1).replace('"field"', '"f"'), "not the key of a"),
+        ("key.json", lambda text: text.replace('"options": {', '"options": [], "x": {', 1), "not the key of a batch"),
+    ],
+)
+def test_a_broken_batch_is_one_line(
+    batch: Path, tmp_path: Path, name: str, change: Callable[[str], str], message: str
+) -> None:
+    copy = tmp_path / "batch"
+    shutil.copytree(batch, copy)
+    text = change((copy / name).read_text())
+    (copy / name).write_bytes(text.encode("utf-8", "surrogateescape"))
+    with pytest.raises(InputError, match=message) as found:
+        SiteBatch(copy)
+    assert "\n" not in str(found.value)

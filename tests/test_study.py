@@ -269,3 +269,21 @@ def test_simulated_participants_favour_no_method(batch: Path, tmp_path: Path) ->
 def test_a_study_too_small_to_find_clickers_says_so(folders: StudyFolders, tmp_path: Path) -> None:
     _, notes = build_study(folders, "NCs", StudyScheme(pairs=7), Look(16, 16), tmp_path / "b")
     assert "nobody is unreliable" in "".join(notes)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('"case_3"', '"case_x"'),
+        ('"rival"', '"ours"'),
+        ('"flipped": true', '"flipped": false'),
+        ('"field": "q02"', '"field": "q01"'),
+        ('"options": {', '"options": [], "x": {'),
+    ],
+)
+def test_a_key_that_does_not_ask_twice_is_refused(batch: Path, tmp_path: Path, old: str, new: str) -> None:
+    text = (batch / "key.json").read_text()
+    assert old in text
+    (tmp_path / "key.json").write_text(text.replace(old, new, 1))
+    with pytest.raises(InputError, match="not the key of a study"):
+        StudyKey.load(tmp_path)
