@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 import pytest
 
+from dataset_tools.bench import BuildCost
 from dataset_tools.encode import ply
 from ncmodel.cli.main import main
 from ncmodel.geometry.mesh import load_mesh
@@ -82,6 +83,14 @@ def test_levels_are_measured(data: Path, capsys: pytest.CaptureFixture[str]) -> 
     assert len(record["kept"]) == 12
 
 
+def test_costs_are_measured(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr("dataset_tools.bench.VIEW_FACES", 1_000)
+    monkeypatch.setattr("dataset_tools.bench.measure_builds", lambda meshes, workers, advance: [BuildCost(1, 2, 3.0)])
+    record = printed(capsys, "bench")
+    assert set(record) == {"view", "distances", "builds"}
+    assert record["builds"] == [{"workers": 1, "shapes": 2, "seconds": 3.0}]
+
+
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
@@ -89,6 +98,7 @@ def test_levels_are_measured(data: Path, capsys: pytest.CaptureFixture[str]) -> 
         (["build", "MESHES", "DATA", "--size", "32"], "width is 64"),
         (["build", "MESHES", "OUT", "--views", "0"], "views 0"),
         (["build", "MESHES", "OUT", "--up", "x"], "expected y or z"),
+        (["build", "MESHES", "OUT", "--up-table", "NOWHERE"], "can't be read"),
         (["build", "MESHES", "OUT", "--size", "wide"], "--size"),
         (["build", "MESHES", "OUT", "--config", "NOWHERE"], "can't be read"),
         (["build", "MESHES", "OUT", "--scheduler", "tcp://127.0.0.1:9"], "no Dask scheduler answers"),
