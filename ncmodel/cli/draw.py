@@ -65,7 +65,9 @@ def draw(
     model: Annotated[
         Path | None, typer.Option(help="Checkpoint that chooses families and thresholds, and adds lines of its own.")
     ] = None,
-    preset: Annotated[str, typer.Option(help="draft, balanced or accurate.")] = "balanced",
+    preset: Annotated[
+        str, typer.Option(help="draft, balanced or accurate; matters with --model and in large pictures.")
+    ] = "balanced",
     suffix: Annotated[
         str | None, typer.Option("--format", help="svg, png or pdf: write to a folder, even one mesh (default svg).")
     ] = None,
