@@ -32,7 +32,7 @@ SESSION = "nc_session"
 _PARAMETER = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.@-]{0,99}")
 
 CONSENT = (
-    "This study asks which line drawings of 3D shapes people find best. It takes about ten minutes.",
+    "This study asks which line drawings of 3D shapes people find best.",
     "We keep your answers, how long each takes, and the participant number that your recruiting service gave us. "
     "We don't ask for your name or anything else about you.",
     "Taking part is voluntary. You can stop at any time by closing the page.",
@@ -134,7 +134,8 @@ class Site:
         if parameters is None:
             text = "Please use the link that your recruiting service gave you."
             return self._message("This link isn't complete", text, 400)
-        page = render("site_consent.html.j2", settings=self.settings, parameters=parameters)
+        questions = max(map(len, self.batch.questions.values()))
+        page = render("site_consent.html.j2", settings=self.settings, parameters=parameters, questions=questions)
         return HTMLResponse(page, headers=headers())
 
     async def start(self, request: Request) -> Response:

@@ -107,6 +107,7 @@ def test_a_participant_from_consent_to_completion_code(site: Starlette, key: Key
     consent = client.get("/?PROLIFIC_PID=anna1&STUDY_ID=s1")
     assert consent.status_code == 200
     assert 'name="PROLIFIC_PID" value="anna1"' in consent.text
+    assert "There are 5 questions." in consent.text
     client = begin(site, "anna1")
     name, secret = asked(client, key), page_secret(client)
     answers = right_answers(key, name)
