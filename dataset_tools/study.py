@@ -203,6 +203,9 @@ def build_study(
         sheets.append(Sheet(name, tuple(_shown(question, folders) for question in questions)))
     key = StudyKey(questionnaires, ours, scheme, folders.seen_from(batch_dir))
     notes = BatchWriter(tokens, look, pair_template).write(batch_dir, sheets, key.record())
+    same = sum(folders.are_same(comparison) for comparison in comparisons)
+    if same:
+        notes.append(f"{same} of {len(comparisons)} comparisons show the same picture twice: only chance decides them")
     if key.fewest_pairs <= scheme.most_inconsistent:
         notes.append(
             f"{key.fewest_pairs} comparisons in a questionnaire: with --most-inconsistent {scheme.most_inconsistent} "

@@ -1,5 +1,6 @@
 """The pictures of the perceptual study: our drawings of its cases, other methods', and renders of the shapes."""
 
+import filecmp
 import hashlib
 import os
 from collections.abc import Mapping
@@ -67,6 +68,11 @@ class StudyFolders:
         if not self.rivals:
             raise UsageError("no rivals: there is nothing to compare with")
         return [Comparison(case, rival) for case in self.cases() for rival in sorted(self.rivals)]
+
+    def are_same(self, comparison: Comparison) -> bool:
+        """Whether our drawing and the rival's are the same picture."""
+        ours, rival = self.drawing(comparison.case, None), self.drawing(comparison.case, comparison.rival)
+        return filecmp.cmp(ours, rival, shallow=False)
 
     def fingerprint(self, needs: Mapping[Comparison, int]) -> bytes:
         """What the opaque names are keyed with: the drawings, and what is asked about them."""

@@ -304,6 +304,9 @@ def test_a_batch_on_a_real_turkle_server(browser: Any, data: Path, tmp_path: Pat
         page.goto(f"{base}/batch/{number}/accept_next_task/")
         frame = page.frame_locator("#task_assignment_iframe")
         frame.locator(".next").click()
+        frame.locator("fieldset.on label").nth(4).click()
+        page.reload()
+        playwright.expect(frame.locator("output")).to_have_text("1 of 7")
         for _ in range(7):
             frame.locator("fieldset.on label").nth(4).click()
             frame.locator(".next").click()

@@ -287,3 +287,9 @@ def test_a_key_that_does_not_ask_twice_is_refused(batch: Path, tmp_path: Path, o
     (tmp_path / "key.json").write_text(text.replace(old, new, 1))
     with pytest.raises(InputError, match="not the key of a study"):
         StudyKey.load(tmp_path)
+
+
+def test_pictures_that_are_the_same_are_noted(folders: StudyFolders, tmp_path: Path) -> None:
+    alike = StudyFolders(folders.ours, {"twin": folders.ours, **folders.rivals}, folders.renders)
+    _, notes = build_study(alike, "NCs", StudyScheme(pairs=8), Look(16, 16), tmp_path / "b")
+    assert notes == ["12 of 36 comparisons show the same picture twice: only chance decides them"]
