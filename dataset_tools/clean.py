@@ -2,7 +2,8 @@
 
 In this order, each step only where it finds something to do, so that a sound mesh keeps its vertex and face order:
 
-1. faces with coordinates that aren't numbers are dropped; +y up; longest side 1, centred;
+1. faces with coordinates that aren't numbers, or are absurdly far from all others, are dropped; +y up; longest side 1,
+   centred;
 2. vertices closer than `weld` become one, faces without area and repeated faces are dropped (whatever their winding:
    of a double-sided face one side is left);
 3. borders that touch within `snap` are connected, vertex to vertex and vertex to edge;
@@ -44,6 +45,9 @@ MAX_LOOSE_SHARE = 0.5
 
 MAX_STRAY_SHARE = 0.01
 """Triangles that hang together with nothing are taken for debris up to this share of the area."""
+
+FAR = 1e6
+"""A vertex this many times as far from the middle as half of them is an accident: single precision can't hold both."""
 
 PATCH_WEIGHT = 0.01
 """What the exposure of its patch counts beside a face's own."""
@@ -139,13 +143,13 @@ def clean(
         MeshError: No surface is left.
     """
     label, settings = source or name, settings or CleanSettings()
-    finite: Mask = np.asarray(np.isfinite(vertices).all(axis=1))
-    sound = finite[faces].all(axis=1) if len(faces) else np.zeros(0, dtype=bool)
+    usable = _usable(vertices)
+    sound = usable[faces].all(axis=1) if len(faces) else np.zeros(0, dtype=bool)
     if not sound.any():
         raise MeshError(label, f"{len(vertices)} vertices and no usable face of {len(faces)}", "a mesh with faces")
-    work = _Repair(*_placed(*_compact(vertices, faces[sound], finite), label), settings)
-    found = diagnose(work.vertices, work.faces, settings.weld, settings.snap, int((~finite).sum()))
-    work.note("faces with coordinates that aren't numbers dropped", int((~sound).sum()))
+    work = _Repair(*_placed(*_compact(vertices, faces[sound], usable), label), settings)
+    found = diagnose(work.vertices, work.faces, settings.weld, settings.snap, int((~usable).sum()))
+    work.note("faces with unusable coordinates dropped", int((~sound).sum()))
     work.weld_and_drop()
     work.connect_borders()
     if len(work.faces) == 0:
@@ -246,6 +250,18 @@ class _Repair:
         before = len(self.faces)
         self.faces = _without_repeats(self.vertices, self.faces)
         self.note("repeated faces dropped", before - len(self.faces))
+
+
+def _usable(vertices: Floats) -> Mask:
+    """(V,) which vertices have finite coordinates, not so far away that nothing else would have any size."""
+    finite: Mask = np.asarray(np.isfinite(vertices).all(axis=1))
+    if not finite.any():
+        return finite
+    with np.errstate(over="ignore", invalid="ignore"):
+        away = np.abs(vertices - np.median(vertices[finite], axis=0)).max(axis=1)
+    apart = away[finite & (away > 0)]
+    usable: Mask = finite & (away <= FAR * np.median(apart)) if len(apart) else finite
+    return usable
 
 
 def _compact(vertices: Floats, faces: Ints, keep: Mask) -> tuple[Floats, Ints]:

@@ -23,7 +23,7 @@ class Faults:
     Attributes:
         vertices: All of them.
         faces: All of them.
-        unusable_vertices: Coordinates that aren't numbers.
+        unusable_vertices: Coordinates that aren't numbers, or are absurdly far from all others.
         unused_vertices: No face uses them.
         coincident_vertices: Vertices so close to an earlier one that they are taken for the same.
         degenerate_faces: Faces with repeated corners, or no higher than `DEGENERATE`.

@@ -162,6 +162,22 @@ def test_faces_without_coordinates_are_dropped() -> None:
     assert np.isfinite(mesh.vertices).all()
 
 
+@pytest.mark.parametrize("place", [1e30, -1e300])
+def test_a_vertex_absurdly_far_away_takes_only_its_own_faces_along(place: float) -> None:
+    vertices, faces = dirty.sphere()
+    vertices = vertices.copy()
+    vertices[7, 1] = place
+    mesh, report = cleaned((vertices, faces))
+    assert report.found.unusable_vertices == 1
+    assert steps(report)["faces with unusable coordinates dropped"] == len(faces) - len(mesh.faces) == 5
+
+
+def test_unused_vertices_at_one_point_do_not_make_the_others_far() -> None:
+    vertices, faces = dirty.sphere()
+    mesh, _ = cleaned((np.concatenate([vertices, np.zeros((5 * len(vertices), 3))]), faces))
+    assert len(mesh.faces) == len(faces)
+
+
 def test_a_hidden_shell_is_removed_unless_it_is_wanted() -> None:
     part = dirty.joined(dirty.sphere(), dirty.sphere(0.5))
     mesh, report = cleaned(part)
