@@ -1,9 +1,12 @@
 """Adding answered questionnaires to a file of answers, each once, whatever order they come in."""
 
 import csv
+import fcntl
 import math
+import os
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Generic, TypeVar
@@ -77,7 +80,7 @@ def append(
         InputError: `out` exists and isn't such a file, or there were problems and nothing else.
     """
     done, known = Ingested(), dict[Identity, int]()
-    with atomic(out) as aside, aside.open("w", encoding="utf-8", newline="") as handle:
+    with _alone_in(out.parent), atomic(out) as aside, aside.open("w", encoding="utf-8", newline="") as handle:
         writer = csv.writer(handle, lineterminator="\n")
         writer.writerow(file.columns)
         for record in file.read(out) if out.exists() else ():
@@ -90,6 +93,20 @@ def append(
             found, _, expected = done.problems[0].message.partition("; expected ")
             raise InputError(done.problems[0].where, found, expected or "answers to this batch's questionnaires")
     return done
+
+
+@contextmanager
+def _alone_in(folder: Path) -> Iterator[None]:
+    """Wait until no other ingestion writes to a folder: two that replace one file would lose what one of them read."""
+    try:
+        handle = os.open(folder, os.O_RDONLY)
+    except OSError as error:
+        raise InputError(folder, f"can't be opened ({error.strerror})", "a folder that exists") from error
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(handle)
 
 
 def _new(

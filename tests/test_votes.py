@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -317,3 +318,16 @@ def test_a_file_that_cannot_be_read_is_one_printable_line(batch: Path, data: byt
         ingest_results(batch, [batch / "r.csv"], batch / "v.csv")
     assert str(found.value).isprintable()
     assert not (batch / "v.csv").exists()
+
+
+def test_ingestions_at_once_lose_nothing(batch: Path) -> None:
+    paths = []
+    for number in range(8):
+        paths.append(batch / f"r{number}.csv")
+        paths[-1].write_bytes(to_csv([row(f"w{number}", "A", (0, 0, 5))]))
+    threads = [threading.Thread(target=ingest_results, args=(batch, [path], batch / "v.csv")) for path in paths]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert {vote.worker for vote in read_votes(batch / "v.csv")} == {f"w{number}" for number in range(8)}
