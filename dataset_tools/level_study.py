@@ -42,7 +42,7 @@ class LevelStudy:
     Attributes:
         views: How many.
         kept: One entry a family and level.
-        distinct: Percentiles of the number of different drawings among a view's 264.
+        distinct: Percentiles of the number of different ones among the 256 drawings of lines of a view.
     """
 
     views: int
@@ -66,8 +66,16 @@ def study_levels(data_dir: str | Path) -> LevelStudy:
     ]
     shares = np.array([_shares(load_view(folder), steps) for folder in folders])
     kept = tuple(Kept(*step, _percentiles(shares[:, i])) for i, step in enumerate(steps))
-    distinct = [json.loads((folder / "selection.json").read_text(encoding="utf-8"))["distinct"] for folder in folders]
+    distinct = [different_drawings(folder) for folder in folders]
     return LevelStudy(len(folders), kept, _percentiles(distinct))
+
+
+def different_drawings(folder: Path) -> int:
+    """How many of a view's drawings of lines differ in some pixel."""
+    specs = json.loads((folder / "candidates.json").read_text(encoding="utf-8"))
+    with np.load(folder / "candidates.npz") as archive:
+        ink = archive["ink"]
+    return len({ink[spec["index"]].tobytes() for spec in specs if spec["kind"] == "lines"})
 
 
 def _shares(view: View, steps: Sequence[tuple[LineFamily, float]]) -> list[float]:

@@ -62,7 +62,9 @@ def levels_text(study: LevelStudy) -> str:
     lines = [f"share of visible length kept on {study.views} views (10th, 50th, 90th percentile)"]
     for kept in study.kept:
         lines.append(f"  {kept.family:<11} {kept.level:>6g}  {'  '.join(f'{share:.2f}' for share in kept.shares)}")
-    return "\n".join([*lines, f"different drawings of 264: {', '.join(f'{n:.0f}' for n in study.distinct)}"])
+    return "\n".join(
+        [*lines, f"different ones of 256 drawings of lines: {', '.join(f'{n:.0f}' for n in study.distinct)}"]
+    )
 
 
 def _counts(rows: Sequence[ViewStatus]) -> dict[str, int]:
