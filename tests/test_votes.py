@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -321,13 +322,16 @@ def test_a_file_that_cannot_be_read_is_one_printable_line(batch: Path, data: byt
 
 
 def test_ingestions_at_once_lose_nothing(batch: Path) -> None:
-    paths = []
-    for number in range(8):
-        paths.append(batch / f"r{number}.csv")
-        paths[-1].write_bytes(to_csv([row(f"w{number}", "A", (0, 0, 5))]))
-    threads = [threading.Thread(target=ingest_results, args=(batch, [path], batch / "v.csv")) for path in paths]
+    """Each reads the file first and then is slow, so that without waiting for each other one would undo the other."""
+
+    def slowly(number: int) -> Iterator[Answered | Problem]:
+        (batch / f"r{number}.csv").write_bytes(to_csv([row(f"w{number}", "A", (0, 0, 5))]))
+        time.sleep(0.2)
+        yield from read_csv_results(batch / f"r{number}.csv")
+
+    threads = [threading.Thread(target=ingest, args=(slowly(number), KEY, batch / "v.csv")) for number in range(3)]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    assert {vote.worker for vote in read_votes(batch / "v.csv")} == {f"w{number}" for number in range(8)}
+    assert {vote.worker for vote in read_votes(batch / "v.csv")} == {"w0", "w1", "w2"}
