@@ -84,6 +84,7 @@ def draw(
             together with a model.
     """
     from ncmodel.geometry.sharp import parted
+    from ncmodel.geometry.silhouette import missing_outlines
     from ncmodel.geometry.strokes import strokes
     from ncmodel.geometry.view import View
     from ncmodel.geometry.visibility import MESH_EDGES
@@ -91,8 +92,9 @@ def draw(
     detail = _detail(preset, tolerance)
     asked = DEFAULT_FAMILIES if lines is None else tuple(dict.fromkeys(map(_family, lines)))
     _check(thresholds, model is not None, azimuth=azimuth, elevation=elevation, crease_angle=crease_angle)
-    surface = _surface(shape, up)
-    if LineFamily.CREASES in asked and model is None:
+    surface = whole = _surface(shape, up)
+    by_edges = LineFamily.CREASES in asked and model is None
+    if by_edges:
         surface = parted(surface, crease_angle)
     camera = camera or Camera.orbit(surface.mesh.used_vertices, azimuth, elevation, size=size)
     view = View(surface, camera, crease_angle)
@@ -101,12 +103,16 @@ def draw(
     else:
         plan = _chosen(model, view, preset, None if lines is None else asked)
     drawn: list[Stroke] = []
+    scale = min(camera.width, camera.height) / REFERENCE_SIDE
     for family in plan.drawn:
         segments = visible_segments(view, family, plan, detail.sample_pixels)
         with timed(surface.trace, "strokes"):
-            scale = min(camera.width, camera.height) / REFERENCE_SIDE
             shortest = 0.0 if family in MESH_EDGES else SHORTEST_STROKE * scale
             drawn += strokes(segments, camera, detail.tolerance, shortest)
+    if by_edges and LineFamily.CONTOURS in plan.drawn:
+        with timed(surface.trace, "missing_outlines"):
+            segments = missing_outlines(whole, camera, drawn, detail.sample_pixels)
+            drawn += strokes(segments, camera, detail.tolerance, SHORTEST_STROKE * scale)
     mesh = surface.mesh
     return Drawing(camera, (*drawn, *plan.strokes), mesh.name, plan, mesh.notes, surface.trace)
 

@@ -1,0 +1,73 @@
+"""The outline of coarse shapes is complete, and that of fine ones is left to contours."""
+
+import cv2
+import numpy as np
+import pytest
+
+from ncmodel.camera import Camera
+from ncmodel.draw import draw
+from ncmodel.drawing import Drawing
+from ncmodel.geometry.mesh import make_mesh
+from ncmodel.geometry.silhouette import missing_outlines
+from ncmodel.geometry.surface import Surface
+from ncmodel.types import LineFamily, Mesh
+from tests import analytic
+
+LINES = ("contours", "boundaries", "creases")
+
+
+def house() -> Mesh:
+    """A long house whose ridge bends by 33 degrees: no crease, and from the side the whole outline on top."""
+    gable = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.2], [0.0, 0.35], [-0.5, 0.2]])
+    vertices = np.concatenate([np.column_stack([gable, np.full(5, z)]) for z in (-1.0, 1.0)])
+    sides = [[[k, (k + 1) % 5, 5 + (k + 1) % 5], [k, 5 + (k + 1) % 5, 5 + k]] for k in range(5)]
+    ends = [[[5, 5 + k, 6 + k], [0, k + 1, k]] for k in range(1, 4)]
+    return make_mesh(vertices, np.array(sides + ends).reshape(-1, 3), "house")
+
+
+def completeness(mesh: Mesh, drawing: Drawing, camera: Camera) -> float:
+    """The share of the shape's outline on the picture with ink within two pixels."""
+    hit = Surface(mesh).scene.render(camera).hit.astype(np.uint8)
+    outline = (hit - cv2.erode(hit, np.ones((3, 3), np.uint8))).astype(np.bool_)
+    distance = cv2.distanceTransform((drawing.ink(1.5) <= 0.25).astype(np.uint8), cv2.DIST_L2, 5)
+    return float((distance[outline] <= 2.0).mean())
+
+
+@pytest.mark.parametrize(("azimuth", "elevation"), [(90, 5), (80, 12), (270, 0), (0, 0), (0, 90), (35, 25)])
+def test_a_coarse_shape_has_its_whole_outline(azimuth: float, elevation: float) -> None:
+    mesh = house()
+    camera = Camera.orbit(mesh.vertices, azimuth, elevation, size=(400, 400))
+    assert completeness(mesh, draw(mesh, camera, LINES), camera) > 0.99
+
+
+def test_where_contours_miss_it_the_faces_edge_is_drawn() -> None:
+    """The ridge from the side: one straight stroke over the length of the roof, and nothing else."""
+    mesh = house()
+    camera = Camera.orbit(mesh.vertices, 90.0, 5.0, size=(400, 400))
+    segments = missing_outlines(Surface(mesh), camera, draw(mesh, camera, ["creases"]).strokes, 1.0)
+    assert segments.family is LineFamily.CONTOURS
+    assert (segments.points[..., 1] == mesh.vertices[:, 1].max()).all()
+    np.testing.assert_allclose(np.ptp(segments.points[..., 2]), 1.0, atol=0.05)
+
+
+@pytest.mark.parametrize("builder", [analytic.torus, lambda: analytic.icosphere(4), lambda: analytic.cylinder(8, 64)])
+def test_a_fine_shape_needs_none(builder: object) -> None:
+    assert callable(builder)
+    mesh = make_mesh(*builder())
+    camera = Camera.orbit(mesh.vertices, 30.0, 25.0, size=(400, 400))
+    drawn = draw(mesh, camera, ["contours", "boundaries"]).strokes
+    assert len(missing_outlines(Surface(mesh), camera, drawn, 1.0)) == 0
+
+
+def test_nothing_in_sight_has_no_outline() -> None:
+    mesh = house()
+    away = Camera((0.0, 0.0, 5.0), target=(0.0, 0.0, 9.0))
+    inside = Camera((0.0, 0.0, 0.0), target=(0.0, 0.0, 1.0))
+    for camera in (away, inside):
+        assert len(missing_outlines(Surface(mesh), camera, (), 1.0)) == 0
+
+
+def test_it_costs_nothing_unless_creases_are_drawn() -> None:
+    mesh = house()
+    assert "missing_outlines" not in draw(mesh, lines=["contours"]).trace.seconds()
+    assert "missing_outlines" in draw(mesh, lines=["contours", "creases"]).trace.seconds()
