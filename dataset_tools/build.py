@@ -108,7 +108,7 @@ def folder_status(data_dir: str | Path, verify: bool = False) -> list[ViewStatus
     damaged = {row.shape for row in rows if row.status == "damaged"}
     if verify and damaged:
         # Neither where nothing can be written nor beside a build; damage is told there all the same.
-        with suppress(InputError), store.locked():
+        with suppress(InputError), store.locked(sweep=False):
             _remember_damage(store, [row for shape in damaged for row in store.statuses(shape, config.views, {}, True)])
     return rows
 

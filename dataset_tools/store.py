@@ -74,10 +74,13 @@ class Store:
         return self.root / "views" / f"{shape}_{view}"
 
     @contextmanager
-    def locked(self) -> Iterator[None]:
+    def locked(self, sweep: bool = True) -> Iterator[None]:
         """Keep other builds out of the folder, which is made if it isn't there.
 
         The lock goes with the process that holds it, however it ends.
+
+        Args:
+            sweep: Remove what a build that was killed left aside.
 
         Raises:
             InputError: The folder can't be written, or another build is at work in it.
@@ -96,8 +99,9 @@ class Store:
             handle.truncate(0)
             handle.write(f"process {os.getpid()} on {socket.gethostname()}\n")
             handle.flush()
-            with writing_to(self.root):
-                self._sweep()
+            if sweep:
+                with writing_to(self.root):
+                    self._sweep()
             yield
 
     def write_folder(self, target: Path, files: Mapping[str, bytes], origin: str) -> None:

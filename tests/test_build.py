@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -210,6 +211,42 @@ def test_a_killed_build_goes_on_to_the_same_bytes(
     assert contents(folder) == contents(reference[0])
 
 
+REAL_CONFIG = BuildConfig(width=256, height=192, render_size=96)
+REAL = ("bob.obj", "citroen_van.ply", "goathead.obj", "husky_wheel.stl", "milk_truck.ply", "wingnut.obj")
+KILLS = 8
+
+
+@pytest.mark.slow
+def test_real_views_are_the_same_bytes_however_they_come_about(shared: Path, tmp_path: Path) -> None:
+    meshes = tmp_path / "meshes"
+    meshes.mkdir()
+    for name in REAL:
+        (meshes / name).symlink_to(shared / "meshes" / "clean" / name)
+    with runner_for(1) as pool:
+        summary = build_dataset(find_sources(meshes), tmp_path / "reference", REAL_CONFIG, pool)
+    assert summary.count("done") == 2 * len(REAL)
+    expected = contents(tmp_path / "reference")
+    with runner_for(2) as pool:
+        build_dataset(find_sources(meshes), tmp_path / "two", REAL_CONFIG, pool)
+    assert contents(tmp_path / "two") == expected
+    with dask_cluster(tmp_path) as address, runner_for(1, address) as runner:
+        build_dataset(find_sources(meshes), tmp_path / "cluster", REAL_CONFIG, runner)
+    assert contents(tmp_path / "cluster") == expected
+    rng = np.random.default_rng(0)
+    for kill in range(KILLS):
+        process = start_build(meshes, tmp_path / "killed")
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(rng.uniform(4.0, 25.0))
+        os.killpg(process.pid, signal.SIGKILL) if kill % 2 else process.kill()
+        process.wait()
+        if (tmp_path / "killed" / "config.toml").exists():
+            found = {row.status for row in folder_status(tmp_path / "killed", verify=True)}
+            assert found <= {"done", "pending"}, "nothing half-written counts"
+    with runner_for(2) as pool:
+        build_dataset(find_sources(meshes), tmp_path / "killed", REAL_CONFIG, pool)
+    assert contents(tmp_path / "killed") == expected
+
+
 def start_build(meshes: Path, folder: Path) -> "subprocess.Popen[bytes]":
     (meshes.parent / "settings.toml").write_text((meshes.parent / "reference" / "config.toml").read_text())
     command = [sys.executable, "-m", "ncmodel.cli.main", "dataset", "build", str(meshes), str(folder), "--workers", "2"]
@@ -366,7 +403,7 @@ def test_damage_is_told_where_nothing_can_be_written_and_beside_a_build(
     assert build(meshes, copy).made == 1
 
 
-def forbidden(store: Store) -> None:
+def forbidden(store: Store, sweep: bool) -> None:
     raise InputError(store.root, "can't be written (Read-only file system)", "a folder to write to")
 
 

@@ -31,7 +31,9 @@ def build(
     up: Up = None,
     up_table: Annotated[Path | None, typer.Option(help="Axes of single files: a CSV with columns file, up.")] = None,
     min_faces: Annotated[int | None, typer.Option(help="Skip shapes with fewer faces.  [default: 2000]")] = None,
-    workers: Annotated[int | None, typer.Option(help="Processes.  [default: one a core]")] = None,
+    workers: Annotated[
+        int | None, typer.Option(help="Processes; 0: this one, no limits.  [default: one a core]")
+    ] = None,
     scheduler: Annotated[str | None, typer.Option(help="Dask scheduler, tcp://HOST:PORT, instead of workers.")] = None,
     retry: Annotated[bool, typer.Option("--retry", help="Try again what failed before.")] = False,
     as_json: Json = False,
