@@ -38,7 +38,7 @@ class RidgeOptions:
     """What counts as a line in a map of probabilities.
 
     The image branch isn't sure to the pixel where a line runs, so even along certain lines the probability that it
-    gives to each pixel is low. The defaults maximise F1 against held-out drawings (0.57), on a broad plateau.
+    gives to each pixel is low. The defaults maximise F1 against held-out drawings, on a broad plateau.
 
     Attributes:
         sigma: Standard deviation of the smoothing, pixels of the map.

@@ -94,13 +94,12 @@ def test_parameter_counts_follow_from_the_papers_tables() -> None:
 
 
 @pytest.mark.parametrize("preset", PRESETS.values(), ids=PRESETS.keys())
-def test_presets_keep_the_depth_of_the_paper(preset: Preset) -> None:
-    paper = PRESETS["paper"]
-    assert (preset.translation.levels, preset.translation.blocks) == (
-        paper.translation.levels,
-        paper.translation.blocks,
-    )
-    assert preset.ranking.blocks == paper.ranking.blocks
+def test_presets_end_in_about_as_many_cells_as_the_paper(preset: Preset) -> None:
+    paper, translation, ranking = PRESETS["paper"], preset.translation, preset.ranking
+    assert 48 <= translation.size / 2**translation.levels <= 64
+    assert 8 <= ranking.size / (4 * 2 ** (len(ranking.blocks) - 1)) <= 12
+    assert translation.blocks == paper.translation.blocks
+    assert ranking.blocks == paper.ranking.blocks[: len(ranking.blocks)]
     assert Preset.from_record(preset.to_record()) == preset
 
 
