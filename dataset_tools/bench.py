@@ -130,10 +130,12 @@ def measure_builds(
         place.mkdir()
         for number, mesh in enumerate(meshes):
             (place / f"{number}.ply").write_bytes(ply(mesh))
+        sources, settings = find_sources(place), config or BuildConfig()
+        with runner_for(1) as runner:  # compiles what is compiled on first use
+            build_dataset(sources[:1], Path(folder) / "first", settings, runner)
         for count in workers:
             with runner_for(count) as runner:
-                target = Path(folder) / f"data{count}"
-                build = build_dataset(find_sources(place), target, config or BuildConfig(), runner)
+                build = build_dataset(sources, Path(folder) / f"data{count}", settings, runner)
             costs.append(BuildCost(count, len(meshes), build.seconds))
             advance(f"{count} workers")
     return costs

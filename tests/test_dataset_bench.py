@@ -1,9 +1,20 @@
 """The benchmark's ways to the distances agree, and it measures what it says."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from dataset_tools.bench import by_gathering, by_product, by_trees, compare_distances, measure_view
+from dataset_tools.bench import (
+    BuildCost,
+    build_rows,
+    by_gathering,
+    by_product,
+    by_trees,
+    compare_distances,
+    measure_builds,
+    measure_view,
+)
 from dataset_tools.chamfer import chamfer_matrix
 from dataset_tools.settings import BuildConfig
 from ncmodel.geometry.mesh import make_mesh
@@ -38,6 +49,15 @@ def test_a_view_is_measured_by_stage(mesh: Mesh) -> None:
     assert {"chamfer", "select", "renders", "encode maps", "buffers"} <= set(cost.stages)
     assert cost.output_bytes > 1000
     assert cost.cpu_seconds > 0
+    assert 50e6 < cost.peak_bytes < 1.5e9
+
+
+def test_builds_are_timed_and_compared(mesh: Mesh) -> None:
+    notes: list[str] = []
+    costs = measure_builds([mesh], (1, 2), notes.append, replace(CONFIG, min_faces=100))
+    assert [(cost.workers, cost.shapes) for cost in costs] == [(1, 1), (2, 1)]
+    assert len(notes) == 2
+    assert build_rows([BuildCost(1, 8, 30.0), BuildCost(2, 8, 15.0)])[2] == ["2", "8", "15.0", "2.00"]
 
 
 def test_every_way_is_timed_on_real_candidates(mesh: Mesh) -> None:
