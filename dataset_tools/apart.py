@@ -143,11 +143,9 @@ def _too_large(limits: Limits) -> str:
 
 def serve(handle: int) -> None:
     """Work off the calls that come through a connection, until its other end is closed."""
-    import cv2
-
     os.set_inheritable(handle, False)
-    cv2.setNumThreads(1)  # there is a process a core
     end_with_parent()
+    _use_one_thread()
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     connection: Connection[Any, Any] = Connection(handle)
     with suppress(EOFError):
@@ -155,6 +153,22 @@ def serve(handle: int) -> None:
             function, argument, limits = connection.recv()
             connection.send(None)
             connection.send(_attempt(function, argument, limits))
+
+
+def _use_one_thread() -> None:
+    """Keep libraries from starting threads of their own: there is a process a core."""
+    import cv2
+    import numpy as np
+
+    from ncmodel.geometry.raycast import RayScene
+    from ncmodel.types import Mesh
+
+    cv2.setNumThreads(1)
+    # The ray tracer has no such switch; it takes as many threads as it sees cores when it builds its first scene.
+    cores = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(cores)})
+    RayScene(Mesh(np.eye(3), np.array([[0, 1, 2]]))).first_hit(np.zeros((1, 3)), np.ones((1, 3)))
+    os.sched_setaffinity(0, cores)
 
 
 def _attempt(function: Callable[[T], R], argument: T, limits: Limits) -> tuple[bool, R | BaseException]:

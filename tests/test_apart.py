@@ -6,10 +6,15 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
 from dataset_tools.apart import Apart, Limits, Lost
 from ncmodel.errors import InputError
+from ncmodel.geometry.raycast import RayScene
+from ncmodel.types import Mesh
+from tests import analytic
 
 LIMITS = Limits(seconds=60.0, memory_gb=8.0)
 
@@ -52,6 +57,20 @@ def unpicklable(argument: object) -> object:
 def burn(seconds: float) -> None:
     while True:
         pass
+
+
+def threads_after_work(argument: object) -> tuple[int, int]:
+    vertices, faces = analytic.icosphere(5)
+    RayScene(Mesh(vertices, faces)).first_hit(np.zeros((9, 3)), np.ones((9, 3)))
+    np.ones((900, 900)) @ np.ones((900, 900))
+    cv2.GaussianBlur(np.zeros((900, 900)), (0, 0), 5.0)
+    return len(os.listdir("/proc/self/task")), len(os.sched_getaffinity(0))
+
+
+def test_a_process_works_on_one_thread_and_may_use_any_core(apart: Apart) -> None:
+    threads, cores = apart.call(threads_after_work, None, LIMITS)
+    assert threads == 2, "one that works, one that watches the parent"
+    assert cores == len(os.sched_getaffinity(0))
 
 
 def test_calls_share_a_process_of_their_own(apart: Apart) -> None:
