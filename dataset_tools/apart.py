@@ -29,6 +29,9 @@ START_SECONDS = 300.0
 
 _GIGABYTE = 1 << 30
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+_OUT_OF_MEMORY = ("MemoryError", "bad_alloc", "allocate", "out of memory")
+"""What Python, C++, compilers and the system say."""
+
 _SERVE = "import sys; from dataset_tools.apart import serve; serve(int(sys.argv[1]))"
 
 
@@ -131,7 +134,7 @@ class Apart:
         self.close()
         if status == -signal.SIGXCPU:
             return f"it took more than {limits.seconds:g} s"
-        if "MemoryError" in last or "bad_alloc" in last:
+        if any(word in last for word in _OUT_OF_MEMORY):
             return _too_large(limits)
         how = f"signal {signal.Signals(-status).name}" if status < 0 else f"status {status}"
         return f"its process died with {how} ({last})"
