@@ -1,4 +1,7 @@
-"""The classic lines at fixed thresholds, as the `rtsc` program draws them by default; occluding contours always."""
+"""The classic lines at the default thresholds of the `rtsc` program; occluding contours always.
+
+Thresholds are in units of the view's feature size: that of all vertices, unless its surface was made with rtsc's.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
