@@ -200,7 +200,7 @@ def _held_out(out: Path, outcome: Outcome) -> list[Block]:
 
 def _choice(view: dict[str, Any]) -> str:
     parts = [
-        f"{family} {value:.2f}" if value is not None else f"no {family}" for family, value in view["thresholds"].items()
+        f"{family} {value:.3g}" if value is not None else f"no {family}" for family, value in view["thresholds"].items()
     ]
     return f"the model chose {', '.join(parts)}"
 
