@@ -1,5 +1,6 @@
 """Hidden lines: scenes whose visible parts are known, and a brute-force check."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -193,6 +194,22 @@ def test_torus_contours_end_in_cusps_without_dashes(azimuth: float, elevation: f
     assert len(long) == (2 if elevation < 24 else 3)
     assert min(long) > 200.0
     assert sum(drawn) - sum(long) < 10.0
+
+
+@pytest.mark.parametrize("azimuth", [0.0, 30.0, 60.0, 90.0])
+def test_contours_at_a_sharp_rim_are_not_hidden_by_the_faces_they_meet(azimuth: float) -> None:
+    """A leaf of 24 folds, whose rim has faces turned to both sides."""
+    angle = np.linspace(0.0, 2 * np.pi, 24, endpoint=False)
+    rim = np.stack([np.cos(angle), 0.15 * np.sin(2 * angle), 0.6 * np.sin(angle)], axis=1)
+    vertices = np.concatenate([[[0.0, 0.15, 0.0], [0.0, -0.15, 0.0]], rim]) / 2
+    here, there = 2 + np.arange(24), 2 + (np.arange(24) + 1) % 24
+    zero = np.zeros_like(here)
+    faces = np.concatenate([np.stack([zero, there, here], axis=1), np.stack([zero + 1, here, there], axis=1)])
+    view = view_of((vertices, faces), Camera.orbit(vertices, azimuth, 30.0))
+    points = view.camera.project(view.visible(LineFamily.CONTOURS).points)[..., :2]
+    outline, _ = cv2.findContours(view.buffers.hit.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    drawn = float(np.linalg.norm(points[:, 1] - points[:, 0], axis=1).sum())
+    assert drawn > 0.7 * cv2.arcLength(outline[0], True)
 
 
 def test_what_is_behind_or_beside_the_camera_is_clipped() -> None:

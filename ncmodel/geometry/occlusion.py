@@ -7,7 +7,8 @@ occluders:
   explodes on faces seen at a grazing angle. Shells that touch or coincide are covered by the same rule.
 * A face of the same fold. Lines are found on the smooth surface that interpolated normals describe, but rays meet flat
   faces. Where that surface turns from the eye, about half of a contour lies on faces that look away and that their
-  neighbours hide. Such a neighbour is near, by the size of the face, turned the same way, and near the turn itself.
+  neighbours hide. Such a neighbour is near, by the size of the face, turned the same way, and near the turn itself. At
+  a sharp rim, of an ear or a leaf, the neighbours of a contour's face may be turned any way.
 
 An edge of the mesh may run a fraction of a pixel inside the outline that it belongs to, behind the next face: it is
 seen if it would be when moved that far to one of its sides.
@@ -23,7 +24,7 @@ from ncmodel.camera import Camera
 from ncmodel.geometry.areas import Indices
 from ncmodel.geometry.raycast import RayScene
 from ncmodel.kernels import kernel
-from ncmodel.types import Floats, Ints, LineSet, Mask
+from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mask
 
 TOUCH = 1e-5
 """A point nearer to a face than this, in radii of the mesh, lies on it."""
@@ -69,7 +70,7 @@ class Occlusion:
     def __init__(self, lines: LineSet, camera: Camera, scene: RayScene, smooth: Smooth | None) -> None:
         self.points, self.face, self.scene = lines.points, lines.face, scene
         self.eye, self.pixel = np.asarray(camera.eye, dtype=np.float64), 1.0 / camera.focal_pixels
-        self.on_edges = smooth is None
+        self.on_edges, self.contours = smooth is None, lines.family is LineFamily.CONTOURS
         self.surface = smooth or Smooth(scene.vertices, scene.faces, np.zeros((0, 3)))
         self.reach = _fold_reach(self.face, self.surface, self.eye) if smooth else np.zeros(len(lines))
 
@@ -80,9 +81,8 @@ class Occlusion:
         hits = self.scene.hits(self.eye, points - self.eye)
         before = np.linalg.norm(points - self.eye, axis=1) - hits.distance
         touch = TOUCH * self.scene.radius
-        state = _judge(
-            points, self.face[segment], self.reach[segment], hits.face, before, self.surface, self.eye, touch
-        )
+        face, reach = self.face[segment], self.reach[segment]
+        state = _judge(points, face, reach, hits.face, before, self.surface, self.eye, touch, self.contours)
         if self.on_edges:
             hidden = np.flatnonzero(state != SEEN)
             state[hidden[self._beside_is_free(points[hidden], segment[hidden])]] = SEEN
@@ -137,7 +137,15 @@ def _near_fold(surface: Smooth, face: int, eye: Floats, roughness: float) -> boo
 
 @kernel
 def _judge(
-    points: Floats, face: Ints, reach: Floats, hit: Ints, before: Floats, surface: Smooth, eye: Floats, touch: float
+    points: Floats,
+    face: Ints,
+    reach: Floats,
+    hit: Ints,
+    before: Floats,
+    surface: Smooth,
+    eye: Floats,
+    touch: float,
+    contours: bool,
 ) -> NDArray[np.int8]:
     """States of (N, 3) points on faces, given which faces their rays hit and how far before them."""
     vertices, faces, _ = surface
@@ -149,10 +157,9 @@ def _judge(
         i, j, k = faces[hit[n], 0], faces[hit[n], 1], faces[hit[n], 2]
         if _distance_to_triangle(point, _row(vertices, i), _row(vertices, j), _row(vertices, k)) <= touch:
             continue
-        if (
-            before[n] <= reach[n]
-            and _turned_alike(surface, face[n], hit[n])
-            and _near_fold(surface, hit[n], eye, 2 * ROUGHNESS)
+        if before[n] <= reach[n] and (
+            (contours and _meet(faces, face[n], hit[n]))
+            or (_turned_alike(surface, face[n], hit[n]) and _near_fold(surface, hit[n], eye, 2 * ROUGHNESS))
         ):
             continue
         state[n] = HIDDEN_NEARBY if before[n] <= reach[n] * GAP_REACH / REACH else HIDDEN
@@ -170,6 +177,16 @@ def _turned_alike(surface: Smooth, one: int, other: int) -> bool:
         bx, by, bz = bx + normals[b, 0], by + normals[b, 1], bz + normals[b, 2]
     squares = (ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz)
     return bool(ax * bx + ay * by + az * bz > SAME_WAY * math.sqrt(squares))
+
+
+@kernel
+def _meet(faces: Indices, one: int, other: int) -> bool:
+    """Whether two faces share a vertex."""
+    for a in range(3):
+        for b in range(3):
+            if faces[one, a] == faces[other, b]:
+                return True
+    return False
 
 
 @kernel
