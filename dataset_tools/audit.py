@@ -10,7 +10,7 @@ import numpy as np
 
 from dataset_tools.aggregate import Aggregated, Rules, Verdict, aggregate
 from dataset_tools.agreement import PositionBias, krippendorff_alpha, position_bias
-from dataset_tools.items import drawing_path, render_paths, view_folder
+from dataset_tools.items import drawing_path, own_render, view_folder
 from dataset_tools.reliability import counted
 from dataset_tools.suspicion import flags
 from dataset_tools.votes import Vote
@@ -178,7 +178,7 @@ def _contested(found: Audit, data_dir: Path | None) -> list[Block]:
 
 def _tiles(data_dir: Path, verdict: Verdict) -> list[Tile]:
     item: Item = verdict.item
-    shape = read_grey(render_paths(data_dir, item)[0])
+    shape = read_grey(own_render(data_dir, item))
     tiles = [Tile(from_brightness(shape), "the shape")]
     for index in range(DRAWINGS):
         first = verdict.twins[index]

@@ -68,6 +68,16 @@ def render_paths(data_dir: Path, item: Item) -> list[Path]:
     return paths
 
 
+def own_render(data_dir: Path, item: Item) -> Path:
+    """The shaded view from where the drawings are seen: the middle one of those that participants see.
+
+    Raises:
+        InputError: There is none.
+    """
+    paths = render_paths(data_dir, item)
+    return paths[len(paths) // 2]
+
+
 def item_fingerprint(data_dir: Path, item: Item) -> bytes:
     """The files that say which drawings an item has.
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from dataset_tools.aggregate import Rules, aggregate
-from dataset_tools.items import drawing_path, list_items, render_paths
+from dataset_tools.items import drawing_path, list_items, own_render
 from dataset_tools.votes import read_votes
 from eval.evaluation import Settings
 from eval.statistics import PairAccuracy
@@ -184,7 +184,7 @@ def _held_out(out: Path, outcome: Outcome) -> list[Block]:
         item = Item(*name.rsplit("_", 1))
         scores = {method: _f1(outcome.comparison, method, name) for method in METHODS}
         best = max(scores.values())
-        tiles = [Tile(grey(read_grey(render_paths(out / "data", item)[0])), "shape")]
+        tiles = [Tile(grey(read_grey(own_render(out / "data", item))), "shape")]
         tiles += [Tile(from_ink(_ink(folder / "references" / name / "0.png")), "a simulated artist")]
         tiles += [
             Tile(
@@ -227,7 +227,7 @@ def _votes(out: Path, held_out: Sequence[str]) -> list[Block]:
 
 def _candidates(out: Path, item: Item, counts: Counter[tuple[str, str, int]]) -> Grid:
     votes = [counts[item.shape, item.view, index] for index in range(8)]
-    tiles = [Tile(grey(read_grey(render_paths(out / "data", item)[0])), "shape")]
+    tiles = [Tile(grey(read_grey(own_render(out / "data", item))), "shape")]
     for index, count in enumerate(votes):
         ink = from_ink(_ink(drawing_path(out / "data", item, index)))
         tiles.append(Tile(ink, f"{count} vote{'s' if count != 1 else ''}", highlight=0 < count == max(votes)))
