@@ -13,9 +13,9 @@ from dataclasses import asdict, dataclass
 from hashlib import blake2b
 from pathlib import Path
 
-import cv2
 import numpy as np
 
+from dataset_tools.chamfer import distance_field
 from dataset_tools.items import view_folder
 from ncmodel.camera import Camera
 from ncmodel.geometry.mesh import load_mesh
@@ -161,7 +161,7 @@ class Sketch:
         lines = lines.take(lines.strength > faintest)
         if not len(lines.points):
             return lines
-        away = cv2.distanceTransform((self.ink < 0.5).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
+        away = distance_field(self.ink >= 0.5)
         middle = lines.points.mean(axis=1)
         columns = np.clip(middle[:, 0].astype(np.intp), 0, self._shape[1] - 1)
         rows = np.clip(middle[:, 1].astype(np.intp), 0, self._shape[0] - 1)

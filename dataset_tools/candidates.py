@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ncmodel.camera import DEFAULT_SIZE, Camera
+from ncmodel.distance import distance_to
 from ncmodel.fade import fade
 from ncmodel.geometry.view import View
 from ncmodel.raster import draw_segments
@@ -199,8 +200,7 @@ def thick(pixels: Mask, width: float) -> Image:
     """
     if not pixels.any():
         return np.zeros(pixels.shape, dtype=np.float32)
-    distance = cv2.distanceTransform((~pixels).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    return np.asarray(np.clip(width / 2 + 0.5 - distance, 0.0, 1.0), dtype=np.float32)
+    return np.asarray(np.clip(width / 2 + 0.5 - distance_to(pixels), 0.0, 1.0), dtype=np.float32)
 
 
 class _Edges:

@@ -7,10 +7,10 @@ The candidates are unions of a few layers, which makes all their distances cheap
   up over such groups of pixels; all pairs of drawings are then one small matrix product.
 """
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ncmodel.distance import distance_to
 from ncmodel.types import Floats, Image, Mask
 
 STEPS = 1 << 14
@@ -53,7 +53,7 @@ def chamfer_matrix(layers: Mask, members: Mask) -> Floats:
     stacks, stack_of_pixel = np.unique(_codes(layers[:, inked]), return_inverse=True)
     order = np.argsort(stack_of_pixel, kind="stable")
     stack_sizes = np.bincount(stack_of_pixel, minlength=len(stacks)).astype(np.float64)
-    fields = np.stack([np.rint(_exact(distance_field(layer)[inked]) * STEPS) for layer in layers])[:, order]
+    fields = np.stack([np.rint(distance_field(layer)[inked] * np.float32(STEPS)) for layer in layers])[:, order]
     starts = np.concatenate([[0], np.cumsum(stack_sizes[:-1])]).astype(np.intp)
 
     ink = (_codes(members.T)[:, None] & stacks[None, :] != 0).astype(np.float64)
@@ -82,14 +82,7 @@ def distance_field(mask: Mask) -> Image:
     Returns:
         (H, W) pixels, exact but for float32 rounding.
     """
-    if not mask.any():
-        return np.full(mask.shape, _diagonal(mask), dtype=np.float32)
-    return np.asarray(cv2.distanceTransform((~mask).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE), np.float32)
-
-
-def _exact(distances: Image) -> Floats:
-    """Distances between pixels, as square roots of whole numbers: the same whatever rounded their last bits."""
-    return np.asarray(np.sqrt(np.rint(distances.astype(np.float64) ** 2)))
+    return distance_to(mask) if mask.any() else np.full(mask.shape, _diagonal(mask), dtype=np.float32)
 
 
 def _codes(bits: Mask) -> NDArray[np.int64]:

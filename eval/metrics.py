@@ -20,7 +20,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from eval.raster import distance_to
+from ncmodel.distance import distance_to
 from ncmodel.errors import UsageError
 from ncmodel.types import Image, Mask
 

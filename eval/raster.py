@@ -5,6 +5,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from ncmodel.distance import distance_to
 from ncmodel.errors import UsageError
 from ncmodel.pictures import read_grey
 from ncmodel.types import Image, Mask
@@ -78,14 +79,3 @@ def silhouette_band(silhouette: Mask, margin: float) -> Mask:
     if not line.any():
         return line
     return np.asarray(distance_to(line) <= margin)
-
-
-def distance_to(mask: Mask) -> Image:
-    """(H, W) Euclidean distance of every pixel to the nearest pixel of a mask, which must not be empty.
-
-    Exact to the rounding of float32 (Felzenszwalb and Huttenlocher 2012).
-    """
-    if not mask.any():
-        raise ValueError("the distance to an empty mask is undefined")
-    distance = cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    return np.asarray(distance, dtype=np.float32)

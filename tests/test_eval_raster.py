@@ -10,11 +10,10 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 from scipy import ndimage
 
-from eval.raster import binarise, distance_to, outline, read_ink, silhouette_band, thin, thin_lines
+from eval.raster import binarise, outline, read_ink, silhouette_band, thin, thin_lines
 from ncmodel.errors import UsageError
 from ncmodel.pictures import from_ink, write_png
 from ncmodel.types import Mask
-from tests.oracles import pixel_distances
 
 masks = arrays(np.bool_, array_shapes(min_dims=2, max_dims=2, max_side=16))
 
@@ -73,17 +72,6 @@ def test_thinning_a_ring_leaves_a_circle_of_its_middle_radius() -> None:
 @pytest.mark.parametrize("filled", [True, False])
 def test_tiny_pictures_thin(shape: tuple[int, int], filled: bool) -> None:
     assert thin(np.full(shape, filled)).any() == filled
-
-
-@given(masks)
-def test_distances_equal_brute_force(mask: Mask) -> None:
-    if not mask.any():
-        with pytest.raises(ValueError, match="empty"):
-            distance_to(mask)
-        return
-    everywhere = np.ones_like(mask)
-    expected = pixel_distances(everywhere, mask).min(axis=1).reshape(mask.shape)
-    np.testing.assert_allclose(distance_to(mask), expected, rtol=1e-6)
 
 
 def test_a_filled_mask_and_its_drawn_outline_give_the_same_band() -> None:
