@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-import kmedoids
 import numpy as np
 
 from dataset_tools.chamfer import DEFINITION
@@ -79,6 +78,8 @@ def _first_identical(distances: Floats) -> Ints:
 
 
 def _best_medoids(distances: Floats, count: int, seed: int, restarts: int) -> Ints:
+    import kmedoids  # which imports scikit-learn: over a second, for nothing where no view is made
+
     runs = [kmedoids.fasterpam(distances, count, init="build", n_cpu=1)]
     for start in np.random.default_rng(seed).integers(0, 2**31, restarts):
         runs.append(kmedoids.fasterpam(distances, count, init="random", random_state=int(start), n_cpu=1))
