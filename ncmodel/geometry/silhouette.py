@@ -9,7 +9,6 @@ the place of the contour: before the background alone, where nothing else can be
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ncmodel.camera import Camera
 from ncmodel.geometry.areas import Indices, check_columns, sides_of
@@ -68,6 +67,8 @@ def _far(pixels: Floats, drawn: Sequence[Stroke]) -> Mask:
     along = [_sampled(stroke.points) for stroke in drawn if len(stroke.points) > 1]
     if not along:
         return np.ones(len(pixels), dtype=np.bool_)
+    from scipy.spatial import cKDTree  # which takes as long to import as a small shape to draw
+
     distance, _ = cKDTree(np.concatenate(along)).query(pixels.mean(axis=1), distance_upper_bound=NEAR_PIXELS)
     return np.asarray(distance > NEAR_PIXELS)
 
