@@ -143,7 +143,7 @@ class Model:
         lines = line_maps(seen, families)
         image = _drawn(choice.strokes, seen) if choice.strokes else None
         with timed(seen.trace, "threshold_search"), threads_for(ranker.dims.width):
-            score = DrawingScore(ranker, maps, lines, image)
+            score = DrawingScore(ranker, maps, lines, image, budget.mirrored)
             optimum = optimise(score, budget)
         chosen: dict[LineFamily, float] = {}
         for index, family in enumerate(FILTERED_FAMILIES):

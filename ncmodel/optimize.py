@@ -48,6 +48,8 @@ class Budget:
         climbs: How many of the best grid points to climb from.
         iterations: Most L-BFGS-B iterations a climb.
         rough_grid: Score the grid in bfloat16, which halves its time. Only climbed points then count.
+        mirrored: Take the mean of what the ranking module says of a drawing and of its mirror image, which is as good:
+            the search then leads less often to what only pleases the module.
     """
 
     shares: tuple[float, ...]
@@ -55,6 +57,7 @@ class Budget:
     climbs: int
     iterations: int
     rough_grid: bool = False
+    mirrored: bool = False
 
     def __post_init__(self) -> None:
         if not self.shares or not all(0 <= share <= 1 for share in self.shares):
@@ -65,8 +68,8 @@ class Budget:
 
 BUDGETS = {
     "draft": Budget((0.6, 0.3, 0.0), full_grid=False, climbs=1, iterations=4, rough_grid=True),
-    "balanced": Budget((0.6, 0.3, 0.0), full_grid=True, climbs=3, iterations=12, rough_grid=True),
-    "accurate": Budget((0.6, 0.3, 0.0, 0.85, 0.45), full_grid=True, climbs=8, iterations=30),
+    "balanced": Budget((0.6, 0.3, 0.0), full_grid=True, climbs=3, iterations=12, rough_grid=True, mirrored=True),
+    "accurate": Budget((0.6, 0.3, 0.0, 0.85, 0.45), full_grid=True, climbs=8, iterations=30, mirrored=True),
 }
 """The search budget of each `--preset`. The shares are like those that the candidates' levels leave of real meshes'
 lines: a ranking module judges drawings like those that it was trained on, and all lines of all families aren't."""

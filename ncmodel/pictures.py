@@ -54,10 +54,14 @@ def shrink(pixels: Pixels, max_side: int) -> Pixels:
     return _pixels(cv2.resize(pixels, size, interpolation=cv2.INTER_AREA))
 
 
+PNG_LEVEL = 6
+"""Of compression: 9 makes line drawings 7 % smaller in five times the time."""
+
+
 def png_bytes(pixels: Pixels) -> bytes:
     """The picture as a PNG file's bytes; the same pixels give the same bytes."""
     stored = pixels if pixels.ndim == 2 else pixels[..., ::-1]  # cv2's order is BGR
-    done, data = cv2.imencode(".png", np.ascontiguousarray(stored), [cv2.IMWRITE_PNG_COMPRESSION, 9])
+    done, data = cv2.imencode(".png", np.ascontiguousarray(stored), [cv2.IMWRITE_PNG_COMPRESSION, PNG_LEVEL])
     if not done:
         raise ValueError(f"pixels of shape {pixels.shape} and type {pixels.dtype} can't be written as PNG")
     return bytes(data)

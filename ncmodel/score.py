@@ -29,13 +29,22 @@ class DrawingScore:
         maps: (7, H, W) depth E and shaded maps O.
         lines: The view's line and feature maps, (H, W) too.
         image: (H, W) ink I_L of the image branch, if it takes part.
+        mirrored: Take the mean of f for the drawing and for its mirror image.
     """
 
-    def __init__(self, ranker: RankingModule, maps: Image, lines: LineMaps, image: Image | None = None) -> None:
+    def __init__(
+        self,
+        ranker: RankingModule,
+        maps: Image,
+        lines: LineMaps,
+        image: Image | None = None,
+        mirrored: bool = False,
+    ) -> None:
         self._ranker, self._lines = ranker, lines
         square = Square(maps.shape[1], maps.shape[2], ranker.dims.size)
-        with torch.inference_mode():
-            self._embedded = ranker.embed(torch.from_numpy(square.fit(maps, BACKGROUND))[None])
+        small = torch.from_numpy(square.fit(maps, BACKGROUND))[None]
+        with torch.no_grad():
+            self._embedded = [ranker.embed(seen) for seen in (small, small.flip(-1))[: 1 + mirrored]]
         pixels = np.flatnonzero(lines.lines.any(axis=0))
         source, cell, weight = square.spread(pixels)
         self._source, self._cell = torch.from_numpy(source), torch.from_numpy(cell)
@@ -80,15 +89,20 @@ class DrawingScore:
         """(B,) scores of (B, 4) thresholds; rough ones in bfloat16."""
         with torch.inference_mode(), torch.autocast("cpu", torch.bfloat16, enabled=rough):
             chunks = torch.split(torch.from_numpy(thresholds).float(), CHUNK)
-            parts = [self._ranker.score(self.drawings(t, boundaries), self._embedded) for t in chunks]
+            parts = [self._score(self.drawings(t, boundaries)) for t in chunks]
         return torch.cat(parts).double().numpy()
 
     def slope(self, thresholds: Floats, boundaries: bool) -> tuple[float, Floats]:
         """The score at one (4,) t, and its (4,) gradient by backpropagation through drawing and network."""
         t = torch.from_numpy(thresholds).float()[None].requires_grad_()
-        score = self._ranker.score(self.drawings(t, boundaries), self._embedded.clone())[0]
+        score = self._score(self.drawings(t, boundaries))[0]
         (gradient,) = torch.autograd.grad(score, t)
         return score.item(), gradient[0].double().numpy()
+
+    def _score(self, drawings: Tensor) -> Tensor:
+        """(B, 1, S, S) drawings -> (B,) scores."""
+        poses = zip((drawings, drawings.flip(-1)), self._embedded, strict=False)
+        return torch.stack([self._ranker.score(drawn, seen) for drawn, seen in poses]).mean(dim=0)
 
     def drawings(self, thresholds: Tensor, boundaries: bool) -> Tensor:
         """(B, 4) thresholds -> (B, 1, S, S) drawings I(t) = max(I_G(t), I_L) as the ranking module sees them."""

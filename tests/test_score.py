@@ -58,6 +58,18 @@ def test_sparse_drawings_and_scores_equal_dense_ones(boundaries: bool, with_imag
     np.testing.assert_allclose(scores, network(expected, fitted).double().numpy(), atol=1e-4)
 
 
+def test_the_mirror_image_counts_as_much_if_asked() -> None:
+    lines, maps, _ = example()
+    network, t = ranker(), np.random.default_rng(0).uniform(0, 1.5, (5, 4))
+    score = DrawingScore(network, maps, lines, mirrored=True)
+    drawings = score.drawings(torch.from_numpy(t).float(), True)
+    seen = torch.from_numpy(Square(HEIGHT, WIDTH, SIZE).fit(maps, 1.0))[None].expand(len(t), -1, -1, -1)
+    plain, flipped = network(drawings, seen), network(drawings.flip(-1), seen.flip(-1))
+    assert (plain - flipped).abs().max() > 1e-3
+    np.testing.assert_allclose(score.scores(t, True), ((plain + flipped) / 2).double().numpy(), atol=1e-4)
+    assert score.slope(t[0], True)[0] == pytest.approx(score.scores(t, True)[0], abs=1e-4)
+
+
 def test_slope_is_the_derivative_of_the_score() -> None:
     lines, maps, image = example()
     score = DrawingScore(ranker(), maps, lines, image)

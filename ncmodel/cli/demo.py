@@ -42,7 +42,7 @@ class Plan:
 NOISE = 0.15
 """Of simulated participants: three in five views then find a consensus, as with the paper's participants."""
 
-FULL = Plan(made=60, held_out=10, size=768, effort="balanced")
+FULL = Plan(made=80, held_out=10, size=768, effort="balanced")
 QUICK = Plan(made=11, held_out=2, size=384, effort="draft")
 
 

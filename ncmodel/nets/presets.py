@@ -162,7 +162,7 @@ PRESETS = {
             "tiny",
             TranslationDims(size=256, width=8, levels=2),
             RankingDims(size=64, width=16, blocks=(3, 4)),
-            ranker=Rates(3e-3, batch=16, epochs=72),
+            ranker=Rates(3e-3, batch=16, epochs=96),
             translator=Rates(2e-3, batch=2, epochs=10),
             finetune=Rates(2e-5, batch=32, epochs=1),
             variation=Variation(quarter_turns=True),
