@@ -200,9 +200,9 @@ def _held_out(out: Path, outcome: Outcome) -> list[Block]:
 
 def _choice(view: dict[str, Any]) -> str:
     parts = [
-        f"{family} {value:.3g}" if value is not None else f"no {family}" for family, value in view["thresholds"].items()
+        f"{family} {round(value, 3):g}" if value is not None else f"no {family}" for family, value in view["thresholds"].items()
     ]
-    return f"the model chose {', '.join(parts)}"
+    return f"with both branches, the model chose {', '.join(parts)}"
 
 
 def _f1(comparison: Comparison, method: str, name: str) -> float:
