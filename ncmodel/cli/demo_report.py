@@ -200,7 +200,8 @@ def _held_out(out: Path, outcome: Outcome) -> list[Block]:
 
 def _choice(view: dict[str, Any]) -> str:
     parts = [
-        f"{family} {round(value, 3):g}" if value is not None else f"no {family}" for family, value in view["thresholds"].items()
+        f"{family} {round(value, 3):g}" if value is not None else f"no {family}"
+        for family, value in view["thresholds"].items()
     ]
     return f"with both branches, the model chose {', '.join(parts)}"
 
