@@ -159,12 +159,14 @@ class LineSet:
 
     def take(self, keep: Mask | Ints) -> "LineSet":
         """The segments selected by a mask or by indices."""
+        index = np.flatnonzero(keep) if keep.dtype == np.bool_ else keep
+        # `take` is twice as fast as square brackets.
         return replace(
             self,
-            points=self.points[keep],
-            face=self.face[keep],
-            feature=self.feature[keep],
-            denominator=self.denominator[keep],
+            points=self.points.take(index, axis=0),
+            face=self.face.take(index),
+            feature=self.feature.take(index, axis=0),
+            denominator=self.denominator.take(index, axis=0),
         )
 
     def between(self, index: Ints, start: Floats, end: Floats) -> "LineSet":

@@ -75,10 +75,10 @@ def _crossed_faces(faces: Indices, direction: Floats, derivative: Floats) -> Ind
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
         on_i = _apart(direction, derivative, j, k)
         on_j = _apart(direction, derivative, k, i)
-        on_k = _apart(direction, derivative, i, j)
-        found[size] = f
-        # Storing always and counting conditionally spares a branch that can't be predicted.
-        size += (on_i & on_j) | (on_j & on_k) | (on_k & on_i)
+        # One branch, hardly ever taken.
+        if on_i | on_j:
+            found[size] = f
+            size += (on_i & on_j) | _apart(direction, derivative, i, j)
     return found[:size].copy()
 
 

@@ -107,8 +107,9 @@ class Surface:
     @stage
     def ridges_and_valleys(self) -> tuple[LineSet, LineSet]:
         """Ridges and valleys at threshold 0, on back faces too."""
-        vertices, faces, derivative = self.mesh.vertices, self.faces, self.dcurv[:, 0]
-        return extrema.ridges_and_valleys(vertices, faces, self.k1, self.dir1, derivative, self.feature_size)
+        # In one piece each, they are read faster.
+        k1, derivative = np.ascontiguousarray(self.k1), np.ascontiguousarray(self.dcurv[:, 0])
+        return extrema.ridges_and_valleys(self.mesh.vertices, self.faces, k1, self.dir1, derivative, self.feature_size)
 
     @stage
     def is_closed(self) -> bool:
