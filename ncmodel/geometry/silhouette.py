@@ -17,6 +17,7 @@ from ncmodel.geometry.rings import Offsets
 from ncmodel.geometry.surface import Surface
 from ncmodel.geometry.visibility import visible_pieces
 from ncmodel.kernels import kernel
+from ncmodel.raster import draw_segments
 from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mask, Segments, Stroke
 
 NEAR_PIXELS = 3.0
@@ -42,7 +43,7 @@ def missing_outlines(surface: Surface, camera: Camera, drawn: Sequence[Stroke], 
     if len(folds):
         folds = visible_pieces(_pieces(folds, camera), camera, scene, None, sample_pixels)
     if len(folds):
-        folds = folds.take(_far(camera.project(folds.points)[..., :2], drawn))
+        folds = folds.take(_far(camera.project(folds.points)[..., :2], drawn, camera))
     if len(folds):
         folds = folds.take(_is_outline(folds, surface, camera))
     return Segments(LineFamily.CONTOURS, folds.points, np.ones((len(folds), 2)), folds.face)
@@ -62,22 +63,15 @@ def _pieces(lines: LineSet, camera: Camera) -> LineSet:
     return lines.between(index, place / count[index], (place + 1) / count[index])
 
 
-def _far(pixels: Floats, drawn: Sequence[Stroke]) -> Mask:
-    """(S,) which segments (S, 2, 2) have no stroke near their middle."""
-    along = [_sampled(stroke.points) for stroke in drawn if len(stroke.points) > 1]
-    if not along:
-        return np.ones(len(pixels), dtype=np.bool_)
-    from scipy.spatial import cKDTree  # which takes as long to import as a small shape to draw
-
-    distance, _ = cKDTree(np.concatenate(along)).query(pixels.mean(axis=1), distance_upper_bound=NEAR_PIXELS)
-    return np.asarray(distance > NEAR_PIXELS)
-
-
-def _sampled(points: Floats) -> Floats:
-    """Points about a pixel apart along a polyline (n, 2)."""
-    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
-    at = np.linspace(0.0, length[-1], int(length[-1]) + 2)
-    return np.stack([np.interp(at, length, column) for column in points.T], axis=1)
+def _far(pixels: Floats, drawn: Sequence[Stroke], camera: Camera) -> Mask:
+    """(S,) which segments (S, 2, 2) have their middle in the picture and no stroke near it."""
+    column, row = np.floor(pixels.mean(axis=1)).T
+    far = (column >= 0.0) & (column < camera.width) & (row >= 0.0) & (row < camera.height)
+    if drawn and far.any():
+        ends = np.concatenate([np.stack([s.points[:-1], s.points[1:]], axis=1) for s in drawn])
+        broad = draw_segments(ends, np.ones((len(ends), 2)), 2.0 * NEAR_PIXELS, (camera.height, camera.width))
+        far[far] = broad[row[far].astype(np.int64), column[far].astype(np.int64)] < 0.5
+    return np.asarray(far)
 
 
 def _is_outline(lines: LineSet, surface: Surface, camera: Camera) -> Mask:
