@@ -166,12 +166,12 @@ def svg(picture: Picture) -> str:
         width = picture.width_of(family)
         lines.append(
             f'<g id="{family}" inkscape:groupmode="layer" inkscape:label="{family}" fill="none" stroke="{strongest}"'
-            f' stroke-width="{width:.4g}" stroke-linecap="round" stroke-linejoin="round">'
+            f' stroke-width="{_decimal(width)}" stroke-linecap="round" stroke-linejoin="round">'
         )
         for points, opacity in _pieces(strokes, width):
             shade = _hex(picture.shade(opacity))
             fade = "" if shade == strongest else f' stroke="{shade}" style="{style}"'
-            lines.append(f'<path d="{_path(points, "M{:g} {:g}", " {:g} {:g}")}"{fade}/>')
+            lines.append(f'<path d="{_path(points, "M{:.7g} {:.7g}", " {:.7g} {:.7g}")}"{fade}/>')
         lines.append("</g>")
     return "\n".join([*lines, "</svg>", ""])
 
@@ -187,12 +187,12 @@ def pdf(picture: Picture) -> bytes:
         content.append(f"{_rgb(paper)} rg 0 0 {picture.width} {picture.height} re f")
     for family, strokes in picture.groups():
         width = picture.width_of(family)
-        content.append(f"/OC /F{len(families)} BDC {width:.4g} w")
+        content.append(f"/OC /F{len(families)} BDC {_decimal(width)} w")
         families.append(family)
         for points, opacity in _pieces(strokes, width):
             shade = picture.shade(opacity)
             cap = 1 if shade == picture.shade(1.0) else 0
-            content.append(f"{cap} J {_rgb(shade)} RG {_path(points, '{:g} {:g} m', ' {:g} {:g} l')} S")
+            content.append(f"{cap} J {_rgb(shade)} RG {_path(points, '{:.7g} {:.7g} m', ' {:.7g} {:.7g} l')} S")
         content.append("EMC")
     return _pdf_file(picture, "\n".join(content), families)
 
@@ -255,6 +255,11 @@ def _path(points: Floats, move: str, line: str) -> str:
     """Coordinates in hundredths of a pixel: `move` and `line` are formats of the first and of every other point."""
     pairs = points.round(2).tolist()
     return move.format(*pairs[0]) + "".join([line.format(*pair) for pair in pairs[1:]])
+
+
+def _decimal(value: float) -> str:
+    """Four digits without an exponent, which PDF doesn't know."""
+    return np.format_float_positional(value, precision=4, fractional=False, trim="-")
 
 
 def _hex(shade: Colour) -> str:

@@ -43,14 +43,15 @@ def survivors(lines: LineSet, threshold: float, unit: Unit = "rtsc", p90: float 
     """
     if lines.family not in FILTERED_FAMILIES:
         return np.ones(len(lines), dtype=np.bool_)
-    if math.isinf(threshold):
+    limit = _limit(lines, threshold, unit, p90)
+    if math.isinf(limit):
         return np.zeros(len(lines), dtype=np.bool_)
     if lines.family is LineFamily.SUGGESTIVE and unit == "rtsc":
-        excess = lines.feature - threshold / lines.scale * lines.denominator
+        excess = lines.feature - limit * lines.denominator
         return np.asarray(((excess >= 0) == (lines.denominator >= 0)).any(axis=1))
     if unit == "p90" and threshold == 0.0:
         return np.ones(len(lines), dtype=np.bool_)
-    return np.asarray((lines.feature > _limit(lines, threshold, unit, p90)).any(axis=1))
+    return np.asarray((lines.feature > limit).any(axis=1))
 
 
 def fade(lines: LineSet, threshold: float, unit: Unit = "rtsc", p90: float = 1.0) -> Segments:

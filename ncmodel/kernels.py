@@ -49,8 +49,8 @@ def _folder(source: Path, chosen: str) -> Path:
     name = f"{source.stem}-{fingerprint(source)}"
     for root in _roots(source, chosen):
         folder = root / name
-        fresh = not folder.exists()
         try:
+            fresh = not folder.exists()
             folder.mkdir(parents=True, exist_ok=True)
             tempfile.TemporaryFile(dir=folder).close()
         except OSError:

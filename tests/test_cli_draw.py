@@ -190,5 +190,11 @@ def test_bad_output(mesh: Path, tmp_path: Path, capsys: pytest.CaptureFixture[st
         assert message in capsys.readouterr().err
     assert run(mesh, mesh, "-o", mesh) == 2
     assert "is a file, expected a folder" in capsys.readouterr().err
+    for arguments in ((mesh, mesh, "-o", tmp_path / "two.svg"), (mesh, "-o", tmp_path / "one.png", "--format", "png")):
+        assert run(*arguments) == 2
+        assert "is named like a file, expected a folder" in capsys.readouterr().err
+    assert run(mesh, "-o", tmp_path / "f", "--format", "") == 2
+    assert "--format: found ''" in capsys.readouterr().err
+    assert {path.name for path in tmp_path.iterdir()} == {mesh.name}
     assert run(mesh, mesh, "-o", tmp_path / "f", "--format", "gif") == 2
     assert "--format: found 'gif'" in capsys.readouterr().err

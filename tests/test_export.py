@@ -234,6 +234,16 @@ def test_lines_grow_with_the_picture() -> None:
     assert Picture(1536, 3000, (), 1.0).width_of("suggestive") == 2.0
 
 
+@pytest.mark.parametrize("width", [1e-5, 1e9])
+def test_numbers_have_no_exponents(width: float) -> None:
+    """PDF knows none. Coordinates keep their hundredths in the largest pictures."""
+    page = Picture(16384, 768, [Stroke("contours", np.array([[12345.67, 1], [16383.99, 5]]), np.ones(2))], width)
+    assert 'd="M12345.67 1 16383.99 5"' in svg(page)
+    content = zlib.decompress(objects_of(pdf(page))[4].split(b"stream\n", 1)[1].rsplit(b"\nendstream", 1)[0]).decode()
+    assert "12345.67 1 m 16383.99 5 l" in content
+    assert not re.search(r"\de", content + svg(page).split("stroke-width=")[1].split()[0])
+
+
 @pytest.mark.parametrize("name", ["", "#12345", "#12345g", "123456", "pink", "#-12345"])
 def test_wrong_colours(name: str) -> None:
     with pytest.raises(UsageError, match="--background: found"):

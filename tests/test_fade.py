@@ -107,3 +107,12 @@ def test_impossible_thresholds_are_refused(family: LineFamily, value: float) -> 
 
 def test_possible_thresholds() -> None:
     check_thresholds(Thresholds(None, 0.0, 1e300, float("inf")))
+
+
+@pytest.mark.parametrize("family", FILTERED_FAMILIES)
+@pytest.mark.parametrize("threshold", [1e308, float("inf")])
+def test_a_huge_threshold_leaves_nothing(family: LineFamily, threshold: float) -> None:
+    """Also where it overflows in the lines' own units and their denominators are 0."""
+    strong = lines(family, np.full((3, 2), 1e30), np.array([[0.0, 1.0], [0.0, 0.0], [-1.0, 0.0]]), 1e-4)
+    assert not survivors(strong, threshold).any()
+    assert len(fade(strong, threshold).points) == 0

@@ -264,15 +264,17 @@ def test_points_without_a_surface(points: Floats, message: str) -> None:
 BAD_FILES = {
     "missing.obj": (None, "no such file"),
     "text.txt": (b"hello", "suffix is '.txt'"),
-    "empty.obj": (b"", "no faces, and 0 distinct points"),
-    "words.obj": (b"hello\nworld\n", "no faces"),
+    "empty.obj": (b"", "no vertices; expected a mesh with faces"),
+    "words.obj": (b"hello\nworld\n", "no vertices"),
     "points.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no faces, and 3 distinct points"),
     "index.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", "faces use vertices 0..3, the mesh has 3"),
     "zero.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", "line 4 is 'f 0 1 2'"),
     "negative.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf -4 1 2\n", "faces use vertices -1..1"),
     "corner.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 x\n", "line 4 is 'f 1 2 x'"),
     "short.obj": (b"v 0 0 0\nv 1 0\n", "line 2 is 'v 1 0'"),
-    "letters.obj": (b"v 0 0 0\nv 1 a 0\nv 0 1 0\nf 1 2 3\n", "isn't a number"),
+    "fraction.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1.5 2 3\n", "line 4 is 'f 1.5 2 3'"),
+    "letters.obj": (b"v 0 0 0\nv 1 a 0\nv 0 1 0\nf 1 2 3\n", "'a' among the numbers"),
+    "commas.obj": (b"v 0 0 0\nv 1 0,5 0\nv 0 1 0\nf 1 2 3\n", "'0,5' among the numbers"),
     "nan.obj": (b"v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n", r"vertex 1 is \[nan, 0.0, 0.0\]"),
     "huge.obj": (b"v 0 0 0\nv 1e999 0 0\nv 0 1 0\nf 1 2 3\n", r"vertex 1 is \[inf, 0.0, 0.0\]"),
     "spot.obj": (b"v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n", "all faces lie at one point"),
@@ -290,15 +292,18 @@ BAD_FILES = {
         STRIP_HEADER.format(format="ascii").encode() + b"0 0 0 " * 7 + b"3 0 1 7 3 0 1 2",
         "faces use vertices 0..7, the mesh has 7",
     ),
-    "letters.ply": (as_ply(*tetrahedron()).replace(b"2 0 0", b"2 x 0"), "isn't a number"),
+    "letters.ply": (as_ply(*tetrahedron()).replace(b"2 0 0", b"2 x 0"), "'x' among the numbers"),
     "empty.stl": (b"", "neither a text STL nor a binary one"),
     "noise.stl": (bytes(range(256)), "neither a text STL nor a binary one"),
     "cut.stl": (b"solid\nfacet\nvertex 0 0 0\nvertex 1 0 0\n", "2 corners"),
     "empty.off": (b"", "no OFF header"),
     "short.off": (b"OFF\n4 4 0\n0 0 0\n", "1 lines for 4 vertices and 4 faces"),
-    "counts.off": (b"OFF\nthree 1 0\n", "invalid literal"),
+    "counts.off": (b"OFF\nthree 1 0\n", "'three 1 0' for counts"),
+    "negative.off": (b"OFF\n-3 1 0\n", "'-3 1 0' for counts"),
+    "binary.off": (b"OFF BINARY\n\0\0", "' BINARY' for counts"),
+    "corners.off": (b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4 0 1 2\n", "a face with fewer corners than it says"),
     "noise.glb": (b"glTF and then nothing", "not readable as .glb"),
-    "empty.gltf": (b"{}", "no faces"),
+    "empty.gltf": (b"{}", "no vertices"),
 }
 
 
@@ -311,6 +316,11 @@ def test_bad_files_are_one_clear_line(name: str, tmp_path: Path) -> None:
         load_mesh(tmp_path / name)
     assert str(tmp_path / name) in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_a_folder_is_no_mesh(tmp_path: Path) -> None:
+    with pytest.raises(MeshError, match="a folder; expected a mesh file"):
+        load_mesh(tmp_path)
 
 
 def test_a_damaged_gltf_is_not_taken_for_its_neighbour(tmp_path: Path) -> None:

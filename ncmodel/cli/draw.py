@@ -85,7 +85,7 @@ def draw(
         camera=_camera(camera, azimuth, elevation, size),
         style={"width": width, "background": background},
         sort=sort,
-        suffix=suffix or "svg",
+        suffix="svg" if suffix is None else suffix,
         as_json=as_json,
         options={
             **_what(lines, thresholds),
@@ -149,8 +149,9 @@ def _draw_folder(job: _Job, meshes: list[Path]) -> None:
 
     if f".{job.suffix}" not in SUFFIXES:
         raise UsageError(f"--format: found {job.suffix!r}, expected svg, png or pdf")
-    if job.output.exists() and not job.output.is_dir():
-        raise UsageError(f"--output: {job.output} is a file, expected a folder")
+    if not job.output.is_dir() and (job.output.exists() or job.output.suffix.lower() in SUFFIXES):
+        found = "is a file" if job.output.exists() else "is named like a file"
+        raise UsageError(f"--output: {job.output} {found}, expected a folder")
     job.output.mkdir(parents=True, exist_ok=True)
     records, failed, sheet = [], [], []
     with progress("draw", len(meshes)) as advance:

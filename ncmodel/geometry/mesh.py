@@ -62,6 +62,8 @@ def read_geometry(path: str | Path) -> tuple[Floats, Ints]:
         MeshError: The file is missing, unreadable or not a mesh.
     """
     suffix = Path(path).suffix.lower()
+    if Path(path).is_dir():
+        raise MeshError(path, "a folder", "a mesh file")
     if suffix not in SUFFIXES:
         raise MeshError(path, f"the suffix is {suffix!r}", f"a mesh file ({' '.join(SUFFIXES)})")
     if not Path(path).is_file():
@@ -77,6 +79,8 @@ def _surface_through(points: Floats, path: str | Path) -> tuple[Floats, Ints]:
     from ncmodel.geometry.points import FEWEST, reconstruct
 
     expected = f"a mesh with faces, or at least {FEWEST} points of a surface"
+    if len(points) == 0:
+        raise MeshError(path, "no vertices", expected)
     try:
         return reconstruct(points)
     except ValueError as error:

@@ -10,7 +10,7 @@ from ncmodel.types import Floats, Ints
 
 Bytes = NDArray[np.uint8]
 
-_NEWLINE, _SPACE, _TAB, _RETURN, _HASH, _MINUS, _ZERO, _NINE = 10, 32, 9, 13, 35, 45, 48, 57
+_NEWLINE, _SPACE, _TAB, _RETURN, _HASH, _MINUS, _SLASH, _ZERO, _NINE = 10, 32, 9, 13, 35, 45, 47, 48, 57
 _V, _F = 118, 102
 
 
@@ -20,6 +20,8 @@ def read_obj(data: bytes) -> tuple[Floats, Ints]:
     Raises:
         ValueError: A vertex has fewer than three coordinates, or a face a corner that isn't a vertex's number.
     """
+    if b"\r" in data and b"\n" not in data:
+        data = data.replace(b"\r", b"\n")  # lines as old Macintosh programs end them
     if b"\\" in data:
         data = data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ")  # lines that go on
     text = np.frombuffer(data + b"\n", dtype=np.uint8)
@@ -64,7 +66,7 @@ def _parse(text: Bytes) -> tuple[Bytes, int, Ints, Ints, int]:
             first = used
             while not _ends(text[at]):
                 index, at = _integer(text, at)
-                if index == 0:
+                if index == 0 or not (text[at] == _SLASH or _ends(text[at])):
                     return coordinates[:0], 0, corners[:0], sizes[:0], line
                 # Negative numbers count back from the last vertex so far.
                 corners[used] = index - 1 if index > 0 else vertices + index

@@ -6,6 +6,7 @@ library to load; glTF is read by trimesh.
 
 import json
 import re
+from codecs import BOM_UTF8
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -29,17 +30,19 @@ def read_mesh(path: Path) -> Geometry:
         OSError: The file can't be read.
     """
     suffix = path.suffix.lower()
-    return _gltf(path) if suffix in (".gltf", ".glb") else _READERS[suffix](path.read_bytes())
+    # No format starts with a mark of its encoding, but editors put one there.
+    return _gltf(path) if suffix in (".gltf", ".glb") else _READERS[suffix](path.read_bytes().removeprefix(BOM_UTF8))
 
 
 def _stl(data: bytes) -> Geometry:
     count = int.from_bytes(data[80:84], "little")
-    text = data.lstrip()[:5] == b"solid" and b"facet" in data
+    # Headers of binary files may begin with "solid", too, but they or the count after them have zero bytes.
+    text = data.lstrip()[:5].lower() == b"solid" and b"\0" not in data[:84]
     if len(data) == 84 + 50 * count or (len(data) > 84 + 50 * count and not text):
         record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
         vertices = np.frombuffer(data, record, count, 84)["corners"].reshape(-1, 3).astype(np.float64)
     elif text:
-        lines = re.findall(rb"\bvertex\s+([^\r\n]*)", data)
+        lines = re.findall(rb"(?:^|[\r\n])\s*vertex\s+([^\r\n]*)", data, re.IGNORECASE)
         vertices = numbers(b" ".join(lines))
         if len(vertices) != 3 * len(lines):
             raise ValueError(f"{len(vertices)} coordinates for {len(lines)} vertices")
@@ -52,14 +55,15 @@ def _stl(data: bytes) -> Geometry:
 
 
 def _off(data: bytes) -> Geometry:
-    lines = [line for line in re.sub(rb"#[^\n]*", b"", data).splitlines() if line.strip()]
-    header = re.match(rb"\s*(?:ST)?C?N?OFF\b", lines[0]) if lines else None
+    lines = [line for line in re.sub(rb"#[^\r\n]*", b"", data).splitlines() if line.strip()]
+    # The keyword may be absent, and the counts may follow it without a space, as in ModelNet's files.
+    header = re.match(rb"\s*(?:(?:ST)?C?N?OFF(?![A-Z])|(?=\d))", lines[0]) if lines else None
     if header is None:
         raise ValueError("no OFF header")
     lines[0] = lines[0][header.end() :]
     counts, *lines = [line for line in lines if line.strip()] or [b""]
-    if len(counts.split()) < 2:
-        raise ValueError("no counts of vertices and faces")
+    if not re.match(rb"\s*\d+\s+\d+(?:\s|$)", counts):
+        raise ValueError(f"{counts[:40].decode('utf-8', 'replace')!r} for counts of vertices and faces")
     vertex_count, face_count = (int(count) for count in counts.split()[:2])
     if len(lines) < vertex_count + face_count:
         raise ValueError(f"{len(lines)} lines for {vertex_count} vertices and {face_count} faces")
@@ -70,8 +74,10 @@ def _off(data: bytes) -> Geometry:
     vertices = vertices.reshape(-1, width)[:, :3].copy()
     words = [line.split() for line in lines[vertex_count : vertex_count + face_count]]
     polygons = [[int(word) for word in row[1 : 1 + int(row[0])]] for row in words]
-    sizes = np.array([len(polygon) for polygon in polygons], dtype=np.int64)
+    sizes = np.array([int(row[0]) for row in words], dtype=np.int64)
     corners = np.array([corner for polygon in polygons for corner in polygon], dtype=np.int64)
+    if sizes.sum() != len(corners):
+        raise ValueError("a face with fewer corners than it says")
     return vertices, triangulate(vertices, corners, sizes)
 
 

@@ -20,4 +20,14 @@ def numbers(text: bytes) -> Floats:
         try:
             return np.fromstring(text, sep=" ")
         except (DeprecationWarning, ValueError) as error:  # numpy before and from 2.3
-            raise ValueError("something that isn't a number among the numbers") from error
+            raise ValueError(f"{_stranger(text)!r} among the numbers") from error
+
+
+def _stranger(text: bytes) -> str:
+    """The first word that isn't a number, abridged."""
+    for word in text.split():
+        try:
+            float(word)
+        except ValueError:
+            return word[:40].decode("utf-8", "replace")
+    return "something"
