@@ -63,7 +63,8 @@ def draw(
     """Draw a shape's lines.
 
     Args:
-        shape: A mesh file, whose seams are sewn; a mesh; or a surface whose computed quantities are to be reused.
+        shape: A mesh file, whose seams are sewn and whose faces are turned outwards; a mesh; or a surface whose
+            computed quantities are to be reused.
         camera: Where from; unless given, one at `azimuth` and `elevation` that has the shape in its frame.
         lines: Families to draw, of which those whose threshold is None are left out. Without a model,
             `DEFAULT_FAMILIES` unless given; a model decides by itself unless given what it may choose from.
@@ -92,7 +93,7 @@ def draw(
     detail = _detail(preset, tolerance)
     asked = DEFAULT_FAMILIES if lines is None else tuple(dict.fromkeys(map(_family, lines)))
     _check(thresholds, model is not None, azimuth=azimuth, elevation=elevation, crease_angle=crease_angle)
-    surface = whole = _surface(shape, up)
+    surface = whole = _surface(shape, up, None if camera is None else camera.eye)
     by_edges = LineFamily.CREASES in asked and model is None
     if by_edges:
         surface = parted(surface, crease_angle)
@@ -180,7 +181,7 @@ def _family(name: LineFamily | str) -> LineFamily:
         raise UsageError(f"lines: unknown family {name!r}, expected some of {', '.join(LineFamily)}") from None
 
 
-def _surface(shape: "Mesh | Surface | str | Path", up: str) -> "Surface":
+def _surface(shape: "Mesh | Surface | str | Path", up: str, eye: tuple[float, float, float] | None) -> "Surface":
     from ncmodel.geometry.surface import Surface
 
     if isinstance(shape, Surface):
@@ -189,8 +190,9 @@ def _surface(shape: "Mesh | Surface | str | Path", up: str) -> "Surface":
         return Surface(shape)
     from ncmodel.geometry.mesh import load_mesh
     from ncmodel.geometry.seams import sewn
+    from ncmodel.geometry.winding import outward
 
     trace = Trace()
     with timed(trace, "load"):
         mesh = load_mesh(shape, up)
-    return sewn(Surface(mesh, trace))
+    return outward(sewn(Surface(mesh, trace)), eye)
