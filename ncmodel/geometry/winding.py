@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from ncmodel.geometry.areas import Indices
+from ncmodel.geometry.areas import Indices, check_columns
 from ncmodel.geometry.rings import Offsets
 from ncmodel.geometry.surface import Surface
 from ncmodel.geometry.union_find import root
@@ -51,13 +51,15 @@ def outward(surface: Surface, eye: tuple[float, float, float] | None = None) -> 
 
 def _inside_out(vertices: Floats, faces: Indices, shell: Ints, eye: tuple[float, float, float] | None) -> Mask:
     """(n,) True for the shells to be turned."""
-    volume, is_shell, tip = _measured(vertices, faces, shell, int(shell.max()) + 1)
+    count = int(shell.max()) + 1
+    volume, is_shell = _measured(vertices, faces, shell, count)
     sense = np.where(is_shell, np.sign(volume), 0.0).astype(np.int64)
     found = np.flatnonzero(sense < 0)
-    wrong = np.zeros(len(volume), dtype=np.bool_)
+    wrong = np.zeros(count, dtype=np.bool_)
     if len(found) == 0:
         return wrong
-    wrong[found] = _crossings(vertices, faces, shell, sense, vertices[tip[found]], found, False) <= 0
+    tips = vertices[_tips(vertices, faces, shell, count)[found]]
+    wrong[found] = _crossings(vertices, faces, shell, sense, tips, found, False) <= 0
     if eye is not None and (np.abs(eye) < np.abs(vertices).max()).all():
         found = np.flatnonzero(wrong)
         wrong[found] = _crossings(vertices, faces, shell, sense, np.tile(eye, (len(found), 1)), found, True) == 0
@@ -67,6 +69,7 @@ def _inside_out(vertices: Floats, faces: Indices, shell: Ints, eye: tuple[float,
 @kernel
 def _closed_shells(faces: Indices, vertex_count: int) -> Ints:
     """(F,) a number for each face, equal for those that are connected through vertices."""
+    check_columns(faces, 3)
     parent = np.arange(vertex_count)
     for f in range(len(faces)):
         a = root(parent, faces[f, 0])
@@ -150,31 +153,47 @@ def _join(parent: Ints, odd: Mask, i: int, j: int, disagree: bool) -> None:
 
 
 @kernel
-def _measured(vertices: Floats, faces: Indices, shell: Ints, count: int) -> tuple[Floats, Mask, Ints]:
-    """Of each shell its volume, whether it has one, and its vertex of largest x."""
-    area, vector, middle = np.zeros(count), np.zeros((count, 3)), np.zeros((count, 3))
-    tip = np.full(count, -1)
+def _measured(vertices: Floats, faces: Indices, shell: Ints, count: int) -> tuple[Floats, Mask]:
+    """Of each shell its volume, and whether it has one to speak of."""
+    check_columns(faces, 3)
+    # Area, vector area, the area's moment, and the volume of the cones from the origin.
+    sums = np.zeros((count, 8))
     for f in range(len(faces)):
-        s, (a, b, c) = shell[f], (vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]])
-        normal = np.cross(b - a, c - a)
-        size = math.sqrt(np.dot(normal, normal))
-        area[s] += size / 2
-        for axis in range(3):
-            vector[s, axis] += normal[axis] / 2
-            middle[s, axis] += size / 2 * (a[axis] + b[axis] + c[axis]) / 3
-        for v in faces[f]:
-            if tip[s] < 0 or vertices[v, 0] > vertices[tip[s], 0]:
-                tip[s] = v
+        i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
+        x, y, z = vertices[i, 0], vertices[i, 1], vertices[i, 2]
+        ux, uy, uz = vertices[j, 0] - x, vertices[j, 1] - y, vertices[j, 2] - z
+        vx, vy, vz = vertices[k, 0] - x, vertices[k, 1] - y, vertices[k, 2] - z
+        nx, ny, nz = (uy * vz - uz * vy) / 2, (uz * vx - ux * vz) / 2, (ux * vy - uy * vx) / 2
+        area = math.sqrt(nx * nx + ny * ny + nz * nz)
+        row = sums[shell[f]]
+        row[0] += area
+        row[1] += nx
+        row[2] += ny
+        row[3] += nz
+        row[4] += area * (x + (ux + vx) / 3)
+        row[5] += area * (y + (uy + vy) / 3)
+        row[6] += area * (z + (uz + vz) / 3)
+        row[7] += (x * nx + y * ny + z * nz) / 3
     volume, is_shell = np.zeros(count), np.zeros(count, np.bool_)
     for s in range(count):
-        middle[s] /= max(area[s], 1e-300)
+        area, vector, moment = sums[s, 0], sums[s, 1:4], sums[s, 4:7]
+        # From its middle, so that a small opening matters little.
+        volume[s] = sums[s, 7] - np.dot(moment, vector) / (3 * max(area, 1e-300))
+        opening = math.sqrt(np.dot(vector, vector))
+        is_shell[s] = opening <= OPEN * area and abs(volume[s]) > THIN * area**1.5
+    return volume, is_shell
+
+
+@kernel
+def _tips(vertices: Floats, faces: Indices, shell: Ints, count: int) -> Ints:
+    """The vertex of largest x of each shell."""
+    tip = np.full(count, -1)
     for f in range(len(faces)):
-        a, b, c = vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]]
-        volume[shell[f]] += np.dot(np.cross(b - a, c - a), a - middle[shell[f]]) / 6
-    for s in range(count):
-        opening = math.sqrt(np.dot(vector[s], vector[s]))
-        is_shell[s] = opening <= OPEN * area[s] and abs(volume[s]) > THIN * area[s] ** 1.5
-    return volume, is_shell, tip
+        s = shell[f]
+        for c in range(3):
+            if tip[s] < 0 or vertices[faces[f, c], 0] > vertices[tip[s], 0]:
+                tip[s] = faces[f, c]
+    return tip
 
 
 @kernel
