@@ -1,5 +1,7 @@
 """The outline of coarse shapes is complete, and that of fine ones is left to contours."""
 
+from collections.abc import Callable
+
 import cv2
 import numpy as np
 import pytest
@@ -10,10 +12,12 @@ from ncmodel.drawing import Drawing
 from ncmodel.geometry.mesh import make_mesh
 from ncmodel.geometry.silhouette import missing_outlines
 from ncmodel.geometry.surface import Surface
-from ncmodel.types import LineFamily, Mesh
+from ncmodel.types import Floats, Ints, LineFamily, Mesh
 from tests import analytic
+from tests.dirty import box, joined
 
 LINES = ("contours", "boundaries", "creases")
+NEAR = 3.0
 
 
 def house() -> Mesh:
@@ -44,19 +48,20 @@ def test_where_contours_miss_it_the_faces_edge_is_drawn() -> None:
     """The ridge from the side: one straight stroke over the length of the roof, and nothing else."""
     mesh = house()
     camera = Camera.orbit(mesh.vertices, 90.0, 5.0, size=(400, 400))
-    segments = missing_outlines(Surface(mesh), camera, draw(mesh, camera, ["creases"]).strokes, 1.0)
+    segments = missing_outlines(Surface(mesh), camera, draw(mesh, camera, ["creases"]).strokes, NEAR)
     assert segments.family is LineFamily.CONTOURS
     assert (segments.points[..., 1] == mesh.vertices[:, 1].max()).all()
     np.testing.assert_allclose(np.ptp(segments.points[..., 2]), 1.0, atol=0.05)
 
 
-@pytest.mark.parametrize("builder", [analytic.torus, lambda: analytic.icosphere(4), lambda: analytic.cylinder(8, 64)])
-def test_a_fine_shape_needs_none(builder: object) -> None:
-    assert callable(builder)
+@pytest.mark.parametrize(
+    "builder", [lambda: analytic.torus(128, 64), lambda: analytic.icosphere(4), lambda: analytic.cylinder(8, 64)]
+)
+def test_a_fine_shape_needs_none(builder: Callable[[], tuple[Floats, Ints]]) -> None:
     mesh = make_mesh(*builder())
     camera = Camera.orbit(mesh.vertices, 30.0, 25.0, size=(400, 400))
     drawn = draw(mesh, camera, ["contours", "boundaries"]).strokes
-    assert len(missing_outlines(Surface(mesh), camera, drawn, 1.0)) == 0
+    assert len(missing_outlines(Surface(mesh), camera, drawn, NEAR)) == 0
 
 
 def test_nothing_in_sight_has_no_outline() -> None:
@@ -64,10 +69,43 @@ def test_nothing_in_sight_has_no_outline() -> None:
     away = Camera((0.0, 0.0, 5.0), target=(0.0, 0.0, 9.0))
     inside = Camera((0.0, 0.0, 0.0), target=(0.0, 0.0, 1.0))
     for camera in (away, inside):
-        assert len(missing_outlines(Surface(mesh), camera, (), 1.0)) == 0
+        assert len(missing_outlines(Surface(mesh), camera, (), NEAR)) == 0
 
 
 def test_it_costs_nothing_unless_creases_are_drawn() -> None:
     mesh = house()
     assert "missing_outlines" not in draw(mesh, lines=["contours"]).trace.seconds()
     assert "missing_outlines" in draw(mesh, lines=["contours", "creases"]).trace.seconds()
+
+
+def test_a_limb_before_another_part_has_its_outline() -> None:
+    """Two houses, one before the other: the front one's ridge, seen before the back one's roof."""
+    front = house()
+    vertices = np.concatenate([front.vertices, front.vertices + [-0.8, 0.15, 0.0]])
+    both = Mesh(vertices, np.concatenate([front.faces, front.faces + len(front.vertices)]))
+    camera = Camera.orbit(both.vertices, 90.0, 10.0, size=(400, 400))
+    outlines = missing_outlines(Surface(both), camera, draw(both, camera, ["creases"]).strokes, NEAR)
+    ridge = np.isclose(outlines.points[..., 1], front.vertices[:, 1].max()).all(axis=1)
+    np.testing.assert_allclose(np.ptp(outlines.points[ridge][..., 2]), 1.0, atol=0.05)
+
+
+@pytest.mark.parametrize("turned", [slice(None), slice(None, None, 2)])
+def test_outlines_do_not_depend_on_how_faces_are_wound(turned: slice) -> None:
+    mesh = house()
+    faces = mesh.faces.copy()
+    faces[turned] = faces[turned, ::-1]
+    camera = Camera.orbit(mesh.vertices, 90.0, 5.0, size=(400, 400))
+    one, other = (missing_outlines(Surface(each), camera, (), NEAR) for each in (mesh, Mesh(mesh.vertices, faces)))
+    assert len(one) > 300
+    np.testing.assert_allclose(np.sort(one.points.mean(axis=1), axis=0), np.sort(other.points.mean(axis=1), axis=0))
+
+
+@pytest.mark.parametrize(("height", "shown"), [(0.004, 0.0), (0.04, 0.4)])
+def test_a_step_too_low_to_matter_is_no_outline(height: float, shown: float) -> None:
+    """A plate on a block: its far upper edge, behind which the block's top is seen."""
+    vertices, faces = joined(box((-0.5, -0.2, -0.5), (0.5, 0.0, 0.5)), box((-0.2, 0.0, -0.2), (0.2, height, 0.2)))
+    camera = Camera.orbit(vertices, 0.0, 45.0, size=(400, 400))
+    outlines = missing_outlines(Surface(Mesh(vertices, faces)), camera, (), NEAR)
+    far = np.isclose(outlines.points[..., 1], height) & np.isclose(outlines.points[..., 2], -0.2)
+    drawn = outlines.points[far.all(axis=1)]
+    assert float(np.abs(drawn[:, 1] - drawn[:, 0]).sum()) == pytest.approx(shown, abs=0.01)
