@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from urllib.parse import unquote
 
 from dataset_tools.manifest import file_checksum
 from dataset_tools.settings import UPWARD
@@ -93,7 +94,7 @@ def _buffers(path: Path) -> Iterator[Path]:
         uris = [str(buffer.get("uri", "")) for buffer in json.loads(path.read_bytes()).get("buffers", [])]
     except (ValueError, AttributeError):
         return  # whoever reads it says what is wrong
-    yield from (path.parent / uri for uri in uris if uri and not uri.startswith("data:"))
+    yield from (path.parent / unquote(uri) for uri in uris if uri and not uri.startswith("data:"))
 
 
 def _file_name(text: str) -> str:

@@ -303,7 +303,7 @@ BAD_FILES = {
     "binary.off": (b"OFF BINARY\n\0\0", "' BINARY' for counts"),
     "corners.off": (b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4 0 1 2\n", "a face with fewer corners than it says"),
     "noise.glb": (b"glTF and then nothing", "not readable as .glb"),
-    "empty.gltf": (b"{}", "no vertices"),
+    "empty.gltf": (b"{}", "damaged"),
 }
 
 

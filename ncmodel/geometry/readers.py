@@ -1,18 +1,17 @@
 """Mesh files -> vertices and triangles, as they are in the file.
 
-OBJ, PLY, STL and OFF are read here, because vertex and face order must be kept and a drawing shouldn't wait for a large
-library to load; glTF is read by trimesh.
+They are read by the project itself, because vertex and face order must be kept and a drawing shouldn't wait for a large
+library to load.
 """
 
-import json
 import re
 from codecs import BOM_UTF8
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from ncmodel.geometry.gltf import read_gltf
 from ncmodel.geometry.obj import read_obj
 from ncmodel.geometry.ply import read_ply
 from ncmodel.geometry.polygons import triangulate
@@ -31,7 +30,9 @@ def read_mesh(path: Path) -> Geometry:
     """
     suffix = path.suffix.lower()
     # No format starts with a mark of its encoding, but editors put one there.
-    return _gltf(path) if suffix in (".gltf", ".glb") else _READERS[suffix](path.read_bytes().removeprefix(BOM_UTF8))
+    return (
+        read_gltf(path) if suffix in (".gltf", ".glb") else _READERS[suffix](path.read_bytes().removeprefix(BOM_UTF8))
+    )
 
 
 def _stl(data: bytes) -> Geometry:
@@ -79,35 +80,6 @@ def _off(data: bytes) -> Geometry:
     if sizes.sum() != len(corners):
         raise ValueError("a face with fewer corners than it says")
     return vertices, triangulate(vertices, corners, sizes)
-
-
-def _gltf(path: Path) -> Geometry:
-    import trimesh
-
-    if path.suffix.lower() == ".gltf":
-        # trimesh would take another .gltf file of the folder for a damaged one.
-        json.loads(path.read_bytes())
-    try:
-        scene = trimesh.load_scene(path, process=False)
-    except Exception as error:  # whatever a broken file makes it stumble over
-        raise ValueError(f"{type(error).__name__}: {error}") from error
-    parts = [_placed(scene, node) for node in scene.graph.nodes_geometry]
-    if not parts:
-        return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
-    offsets = np.cumsum([0] + [len(vertices) for vertices, _ in parts[:-1]])
-    faces = [part[1] + offset for part, offset in zip(parts, offsets, strict=True)]
-    return np.concatenate([vertices for vertices, _ in parts]), np.concatenate(faces)
-
-
-def _placed(scene: Any, node: str) -> Geometry:
-    """One mesh of a scene where its transform puts it."""
-    transform, name = scene.graph[node]
-    geometry = scene.geometry[name]
-    vertices = np.asarray(getattr(geometry, "vertices", np.zeros((0, 3))), dtype=np.float64)
-    faces = np.asarray(getattr(geometry, "faces", np.zeros((0, 3))), dtype=np.int64)
-    vertices = vertices @ transform[:3, :3].T + transform[:3, 3]
-    mirrored = np.linalg.det(transform[:3, :3]) < 0
-    return vertices, faces[:, ::-1] if mirrored else faces
 
 
 _READERS: dict[str, Callable[[bytes], Geometry]] = {".obj": read_obj, ".ply": read_ply, ".stl": _stl, ".off": _off}
