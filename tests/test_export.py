@@ -2,6 +2,8 @@
 
 import itertools
 import re
+import shutil
+import subprocess
 import xml.etree.ElementTree as ET
 import zlib
 from pathlib import Path
@@ -293,3 +295,36 @@ def test_browser_shows_all_families_as_the_png_does(name: str, bundled: Path, tm
     for level in (0.1, 0.25, 0.5, 0.75):
         assert far(raster, seen, level) < 0.005
         assert far(seen, raster, level) < 0.005
+
+
+def inkscaped(document: str, folder: Path) -> tuple[Image, dict[str, list[float]]]:
+    """(H, W) ink of an SVG as Inkscape shows it, and the bounding box (x, y, width, height) of each object by id."""
+    (folder / "p.svg").write_text(document, encoding="utf-8")
+    asked = [["--export-type=png", "-o", str(folder / "p.png")], ["--query-all"]]
+    said = [
+        subprocess.run(["inkscape", str(folder / "p.svg"), *a], check=True, capture_output=True, text=True, timeout=120)
+        for a in asked
+    ]
+    shown = np.asarray(cv2.imread(str(folder / "p.png"), cv2.IMREAD_UNCHANGED), dtype=np.float32) / 255
+    assert shown.shape[2] == 4, "paper that is left unpainted is transparent"
+    boxes = [line.split(",") for line in said[1].stdout.splitlines()]
+    ink_seen = ((1 - shown[..., 0]) * shown[..., 3]).astype(np.float32)
+    return ink_seen, {name: [float(x) for x in box] for name, *box in boxes}
+
+
+@pytest.mark.browser
+@pytest.mark.skipif(shutil.which("inkscape") is None, reason="Inkscape isn't installed")
+@pytest.mark.parametrize("name", ["bunny.obj", "cow.obj"])
+def test_inkscape_shows_all_families_as_the_png_does(name: str, bundled: Path, tmp_path: Path) -> None:
+    page = draw(bundled / name, lines=list(LineFamily)).picture()
+    raster = ink(page)
+    seen, boxes = inkscaped(svg(page), tmp_path)
+    assert seen.shape == raster.shape
+    for level in (0.1, 0.25, 0.5, 0.75):
+        assert far(raster, seen, level) < 0.005
+        assert far(seen, raster, level) < 0.005
+    for family, strokes in page.groups():
+        points = np.concatenate([stroke.points for stroke in strokes])
+        corner, size = np.array(boxes[family][:2]), np.array(boxes[family][2:])
+        np.testing.assert_allclose(corner, points.min(axis=0), atol=page.width_of(family))
+        np.testing.assert_allclose(corner + size, points.max(axis=0), atol=page.width_of(family))
