@@ -7,8 +7,9 @@ occluders:
   explodes on faces seen at a grazing angle. Shells that touch or coincide are covered by the same rule.
 * A face of the same fold. Lines are found on the smooth surface that interpolated normals describe, but rays meet flat
   faces. Where that surface turns from the eye, about half of a contour lies on faces that look away and that their
-  neighbours hide. Such a neighbour is near, by the size of the face, turned the same way, and near the turn itself. At
-  a sharp rim, of an ear or a leaf, the neighbours of a contour's face may be turned any way.
+  neighbours hide. Such a neighbour is near, by the size of the face, turned the same way, and near the turn itself; and
+  the point would be seen when moved a few pixels aside, past the outline that its line belongs to. At a sharp rim, of
+  an ear or a leaf, the neighbours of a contour's face may be turned any way, and its outline is farther.
 
 An edge of the mesh may run a fraction of a pixel inside the outline that it belongs to, behind the next face: it is
 seen if it would be when moved that far to one of its sides.
@@ -20,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ncmodel.camera import Camera
+from ncmodel.camera import DEFAULT_SIZE, Camera
 from ncmodel.geometry.areas import Indices
 from ncmodel.geometry.raycast import RayScene
 from ncmodel.kernels import kernel
@@ -36,10 +37,12 @@ SAME_WAY = 0.5
 """Faces of the same fold have normals with a cosine above this."""
 GRACE_PIXELS = 0.75
 """A mesh edge that would be seen if it ran this far beside itself on the picture is part of an outline."""
+FOLD_PIXELS = 3.0
+"""So is a line whose own fold hides it, for this, in pixels of a picture whose shorter side is 768."""
 GAP_REACH = 10.0
 """As `REACH`, for what is near enough to be roughness of the surface itself."""
 
-HIDDEN, HIDDEN_NEARBY, SEEN = 0, 1, 2
+HIDDEN, HIDDEN_NEARBY, SEEN, FOLDED = 0, 1, 2, 3
 _Vector = tuple[float, float, float]
 
 
@@ -69,8 +72,9 @@ class Occlusion:
 
     def __init__(self, lines: LineSet, camera: Camera, scene: RayScene, smooth: Smooth | None) -> None:
         self.points, self.face, self.scene = lines.points, lines.face, scene
-        self.eye, self.pixel = np.asarray(camera.eye, dtype=np.float64), 1.0 / camera.focal_pixels
-        self.on_edges, self.contours = smooth is None, lines.family is LineFamily.CONTOURS
+        self.eye, self.on_edges = np.asarray(camera.eye, dtype=np.float64), smooth is None
+        pixels = GRACE_PIXELS if smooth is None else FOLD_PIXELS * min(camera.width, camera.height) / DEFAULT_SIZE
+        self.grace, self.contours = pixels / camera.focal_pixels, lines.family is LineFamily.CONTOURS
         self.surface = smooth or Smooth(scene.vertices, scene.faces, np.zeros((0, 3)))
         self.reach = _fold_reach(self.face, self.surface, self.eye) if smooth else np.zeros(len(lines))
 
@@ -83,9 +87,10 @@ class Occlusion:
         touch = TOUCH * self.scene.radius
         face, reach = self.face[segment], self.reach[segment]
         state = _judge(points, face, reach, hits.face, before, self.surface, self.eye, touch, self.contours)
-        if self.on_edges:
-            hidden = np.flatnonzero(state != SEEN)
-            state[hidden[self._beside_is_free(points[hidden], segment[hidden])]] = SEEN
+        doubtful = np.flatnonzero(state != SEEN if self.on_edges else state == FOLDED)
+        free = self._beside_is_free(points[doubtful], segment[doubtful])
+        state[doubtful[free]] = SEEN
+        state[state == FOLDED] = HIDDEN_NEARBY
         return state
 
     def _beside_is_free(self, points: Floats, segment: Ints) -> Mask:
@@ -93,7 +98,7 @@ class Occlusion:
         away = points - self.eye
         distance = np.linalg.norm(away, axis=1, keepdims=True)
         aside = np.cross(away, self.points[segment, 1] - self.points[segment, 0])
-        aside *= self.pixel * GRACE_PIXELS * distance / np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), 1e-300)
+        aside *= self.grace * distance / np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), 1e-300)
         free = np.zeros(len(points), dtype=np.bool_)
         for side in (aside, -aside):
             free |= self.scene.first_hit(self.eye, away + side)[0] >= distance[:, 0] - TOUCH * self.scene.radius
@@ -147,7 +152,10 @@ def _judge(
     touch: float,
     contours: bool,
 ) -> NDArray[np.int8]:
-    """States of (N, 3) points on faces, given which faces their rays hit and how far before them."""
+    """States of (N, 3) points on faces, given which faces their rays hit and how far before them.
+
+    Points hidden by their own fold are `FOLDED`.
+    """
     vertices, faces, _ = surface
     state = np.full(len(points), SEEN, np.int8)
     for n in range(len(points)):
@@ -157,12 +165,14 @@ def _judge(
         i, j, k = faces[hit[n], 0], faces[hit[n], 1], faces[hit[n], 2]
         if _distance_to_triangle(point, _row(vertices, i), _row(vertices, j), _row(vertices, k)) <= touch:
             continue
-        if before[n] <= reach[n] and (
-            (contours and _meet(faces, face[n], hit[n]))
-            or (_turned_alike(surface, face[n], hit[n]) and _near_fold(surface, hit[n], eye, 2 * ROUGHNESS))
-        ):
+        if before[n] > reach[n]:
+            state[n] = HIDDEN_NEARBY if before[n] <= reach[n] * GAP_REACH / REACH else HIDDEN
+        elif contours and _meet(faces, face[n], hit[n]):
             continue
-        state[n] = HIDDEN_NEARBY if before[n] <= reach[n] * GAP_REACH / REACH else HIDDEN
+        elif _turned_alike(surface, face[n], hit[n]) and _near_fold(surface, hit[n], eye, 2 * ROUGHNESS):
+            state[n] = FOLDED
+        else:
+            state[n] = HIDDEN_NEARBY
     return state
 
 
