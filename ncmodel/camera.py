@@ -3,7 +3,9 @@
 import json
 import math
 from dataclasses import dataclass
+from numbers import Integral, Real
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -46,9 +48,13 @@ class Camera:
     focal_pixels: float = 1410.540280392905
 
     def __post_init__(self) -> None:
-        values = [*self.eye, *self.target, *self.up, self.focal_pixels]
-        if not all(math.isfinite(value) for value in values):
+        if not len(self.eye) == len(self.target) == len(self.up) == 3:
+            raise UsageError(f"camera: eye {self.eye}, target {self.target}, up {self.up}, expected three numbers each")
+        values: list[Any] = [*self.eye, *self.target, *self.up, self.focal_pixels]
+        if not all(isinstance(value, Real) and math.isfinite(value) for value in values):
             raise UsageError(f"camera: all numbers must be finite, found {values}")
+        if not all(isinstance(side, Integral) for side in (self.width, self.height)):
+            raise UsageError(f"camera: size {self.width} x {self.height}, expected whole pixels")
         if not (1 <= self.width <= MAX_SIDE and 1 <= self.height <= MAX_SIDE):
             raise UsageError(f"camera: size {self.width} x {self.height}, expected sides in 1..{MAX_SIDE} pixels")
         if self.focal_pixels <= 0:

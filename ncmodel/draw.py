@@ -4,17 +4,17 @@ Only what a request needs is computed: contours need no curvature, a family that
 lines are thresholded before their visibility is decided.
 """
 
-import math
-from collections.abc import Iterable
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ncmodel import request
 from ncmodel.camera import DEFAULT_AZIMUTH, DEFAULT_ELEVATION, DEFAULT_SIZE, Camera
 from ncmodel.drawing import DEFAULT_FAMILIES, Drawing, Plan
 from ncmodel.errors import UsageError
 from ncmodel.export import REFERENCE_SIDE
-from ncmodel.fade import check_thresholds, fade, survivors
+from ncmodel.fade import fade, survivors
 from ncmodel.stages import timed
 from ncmodel.types import FILTERED_FAMILIES, LineFamily, Mesh, Segments, Stroke, Thresholds, Trace
 
@@ -50,14 +50,14 @@ PRESETS = {"draft": Detail(4.0, 0.5), "balanced": Detail(), "accurate": Detail(0
 def draw(
     shape: "Mesh | Surface | str | Path",
     camera: Camera | None = None,
-    lines: Iterable[LineFamily | str] | None = None,
-    thresholds: Thresholds | None = None,
+    lines: request.Lines | None = None,
+    thresholds: Thresholds | Mapping[str, float | None] | None = None,
     *,
     model: "Model | None" = None,
     preset: str = "balanced",
     azimuth: float = DEFAULT_AZIMUTH,
     elevation: float = DEFAULT_ELEVATION,
-    size: tuple[int, int] = (DEFAULT_SIZE, DEFAULT_SIZE),
+    size: int | tuple[int, int] = DEFAULT_SIZE,
     up: str = "y",
     crease_angle: float = CREASE_ANGLE,
     tolerance: float | None = None,
@@ -65,26 +65,27 @@ def draw(
     """Draw a shape's lines.
 
     Args:
-        shape: A mesh file, whose seams are sewn and whose faces are turned outwards; a mesh; or a surface whose
-            computed quantities are to be reused.
+        shape: A mesh file, whose seams are sewn and whose faces are turned outwards; a mesh, which
+            without a camera is normalised; or a surface whose computed quantities are to be reused.
         camera: Where from; unless given, one at `azimuth` and `elevation` that has the shape in its frame.
-        lines: Families to draw, of which those whose threshold is None are left out. Without a model,
-            `DEFAULT_FAMILIES` unless given; a model decides by itself unless given what it may choose from.
-        thresholds: rtsc's defaults unless given; a model finds its own.
+        lines: Families to draw, such as ["contours", "suggestive"] or "contours,suggestive"; those whose threshold is
+            None are left out. Without a model, `DEFAULT_FAMILIES` unless given; a model decides by itself unless given
+            what it may choose from.
+        thresholds: rtsc's defaults unless given, for those that {"suggestive": 0.02} doesn't name, too; a model finds
+            its own.
         model: Chooses thresholds and families, and adds the lines of its image branch.
         preset: "draft", "balanced" or "accurate": how densely visibility is sampled, how closely strokes follow the
             lines, and how thoroughly a model searches.
         azimuth: Degrees round the shape from its front, without a camera.
         elevation: Degrees above the ground, without a camera.
-        size: (width, height) in pixels, without a camera.
+        size: (width, height) in pixels, or both in one, without a camera.
         up: The upward axis, "y" or "z", of a mesh file.
         crease_angle: Degrees between faces above which their edge is a crease.
         tolerance: Pixels that strokes may stray from the lines on the mesh; the preset's unless given.
 
     Raises:
         MeshError: The file can't be read.
-        UsageError: A family, threshold, preset, size, angle or tolerance makes no sense, or thresholds are given
-            together with a model.
+        UsageError: Some argument makes no sense, or thresholds are given together with a model.
     """
     from ncmodel.geometry.sharp import parted
     from ncmodel.geometry.silhouette import missing_outlines
@@ -93,16 +94,19 @@ def draw(
     from ncmodel.geometry.visibility import MESH_EDGES
 
     detail = _detail(preset, tolerance)
-    asked = DEFAULT_FAMILIES if lines is None else tuple(dict.fromkeys(map(_family, lines)))
-    _check(thresholds, model is not None, azimuth=azimuth, elevation=elevation, crease_angle=crease_angle)
+    asked = DEFAULT_FAMILIES if lines is None else request.families(lines)
+    chosen = request.thresholds_of(thresholds)
+    if chosen is not None and model is not None:
+        raise UsageError("thresholds: found some beside a model, which chooses its own; expected one or the other")
+    _check(camera, model, azimuth=azimuth, elevation=elevation, crease_angle=crease_angle)
     surface = whole = _surface(shape, up, None if camera is None else camera.eye)
     by_edges = LineFamily.CREASES in asked and model is None
     if by_edges:
         surface = parted(surface, crease_angle)
-    camera = camera or Camera.orbit(surface.mesh.used_vertices, azimuth, elevation, size=size)
+    camera = camera or Camera.orbit(surface.mesh.used_vertices, azimuth, elevation, size=request.size_of(size))
     view = View(surface, camera, crease_angle)
     if model is None:
-        plan = Plan(asked, thresholds or Thresholds())
+        plan = Plan(asked, chosen or Thresholds())
     else:
         plan = _chosen(model, view, preset, None if lines is None else asked)
     drawn: list[Stroke] = []
@@ -138,16 +142,15 @@ def visible_segments(view: "View", family: LineFamily, plan: Plan, sample_pixels
     return fade(view.unhidden(strong, sample_pixels), threshold, unit, p90)
 
 
-def _check(thresholds: Thresholds | None, by_model: bool, crease_angle: float, **angles: float) -> None:
-    if thresholds is not None:
-        check_thresholds(thresholds)
-        if by_model:
-            raise UsageError("thresholds: found some beside a model, which chooses its own; expected one or the other")
+def _check(camera: object, model: object, crease_angle: float, **angles: float) -> None:
+    if camera is not None:
+        request.expect("camera", camera, Camera, "a Camera (Camera.load reads a file)")
+    if model is not None and not hasattr(model, "choose"):
+        raise UsageError(f"model: found {type(model).__name__}, expected what load_model returns")
+    for name, angle in {"crease angle": crease_angle, **angles}.items():
+        request.number(name, angle, "degrees")
     if not 0.0 < crease_angle < 180.0:
         raise UsageError(f"crease angle: found {crease_angle}, expected degrees between 0 and 180")
-    for name, angle in angles.items():
-        if not math.isfinite(angle):
-            raise UsageError(f"{name}: found {angle}, expected degrees")
 
 
 def _detail(preset: str, tolerance: float | None) -> Detail:
@@ -155,7 +158,8 @@ def _detail(preset: str, tolerance: float | None) -> Detail:
         raise UsageError(f"preset: found {preset!r}, expected one of {', '.join(PRESETS)}")
     if tolerance is None:
         return PRESETS[preset]
-    if not 0.0 <= tolerance < math.inf:
+    request.number("tolerance", tolerance, "pixels >= 0")
+    if tolerance < 0.0:
         raise UsageError(f"tolerance: found {tolerance}, expected pixels >= 0")
     return replace(PRESETS[preset], tolerance=tolerance)
 
@@ -177,21 +181,17 @@ def _percentile(view: "View", family: LineFamily, plan: Plan) -> float:
     return plan.p90[family] if family in plan.p90 else feature_percentile(view, family)
 
 
-def _family(name: LineFamily | str) -> LineFamily:
-    try:
-        return LineFamily(name)
-    except ValueError:
-        raise UsageError(f"lines: unknown family {name!r}, expected some of {', '.join(LineFamily)}") from None
-
-
 def _surface(shape: "Mesh | Surface | str | Path", up: str, eye: tuple[float, float, float] | None) -> "Surface":
     from ncmodel.geometry.surface import Surface
 
     if isinstance(shape, Surface):
         return shape
+    from ncmodel.geometry.mesh import load_mesh, make_mesh
+
     if isinstance(shape, Mesh):
-        return Surface(shape)
-    from ncmodel.geometry.mesh import load_mesh
+        placed = make_mesh(shape.vertices, shape.faces, shape.name, shape.notes)
+        return Surface(placed if eye is None else shape)
+    request.expect("shape", shape, (str, Path), "a file's path, a Surface or a Mesh, which make_mesh makes of arrays")
     from ncmodel.geometry.seams import sewn
     from ncmodel.geometry.winding import outward
 

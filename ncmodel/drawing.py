@@ -1,5 +1,6 @@
 """A drawing: strokes on a picture plane, what they show, and how they are written."""
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -119,6 +120,11 @@ class Drawing:
         families = dict.fromkeys(stroke.family for stroke in self.strokes)
         ordered = [pen_order([s for s in self.strokes if s.family == family]) for family in families]
         return replace(self, strokes=tuple(stroke for strokes in ordered for stroke in strokes))
+
+    def __repr__(self) -> str:
+        counts = Counter(stroke.family for stroke in self.strokes)
+        lines = ", ".join(f"{count} {family}" for family, count in counts.items()) or "none"
+        return f"Drawing({self.name!r}, {self.width} x {self.height}, strokes: {lines})"
 
     def _repr_svg_(self) -> str:
         return self.svg()

@@ -116,7 +116,7 @@ def colour(name: str | None) -> Colour | None:
         return None
     if name in _NAMED:
         return _NAMED[name]
-    if re.fullmatch("#[0-9a-fA-F]{6}", name):
+    if isinstance(name, str) and re.fullmatch("#[0-9a-fA-F]{6}", name):
         value = int(name[1:], 16)
         return value >> 16, value >> 8 & 255, value & 255
     raise UsageError(f"--background: found {name!r}, expected #rrggbb, white, black or transparent")

@@ -118,11 +118,19 @@ def make_mesh(
         source: The file to name in error messages; the shape's name by default.
 
     Raises:
-        MeshError: There are no faces, an index is out of range, a coordinate isn't finite, or the mesh is one point.
+        MeshError: They aren't arrays of numbers, there are no faces, an index is out of range, a coordinate isn't
+            finite, or the mesh is one point.
     """
-    points = np.ascontiguousarray(vertices, dtype=np.float64)
-    triangles = np.ascontiguousarray(faces, dtype=np.int64)
     label = source if source is not None else name
+    try:
+        points = np.ascontiguousarray(vertices, dtype=np.float64)
+        corners = np.asarray(faces)
+        triangles = np.ascontiguousarray(corners, dtype=np.int64)
+        whole = bool((triangles == corners).all())
+    except (TypeError, ValueError, OverflowError) as error:
+        raise MeshError(label, f"no arrays of numbers ({error})", "shapes (V, 3) and (F, 3)") from error
+    if not whole:
+        raise MeshError(label, "faces with fractions", "whole vertex indices")
     if points.ndim != 2 or points.shape[1] != 3 or triangles.ndim != 2 or triangles.shape[1] != 3:
         found = f"vertices of shape {points.shape} and faces of shape {triangles.shape}"
         raise MeshError(label, found, "shapes (V, 3) and (F, 3), at least one face")
