@@ -61,6 +61,8 @@ class Camera:
             raise UsageError(f"camera: focal_pixels is {self.focal_pixels}, expected a positive number")
         if max(abs(value) for value in values) > LARGEST:
             raise UsageError(f"camera: found {max(values, key=abs):g}, expected numbers up to {LARGEST:g}")
+        if not any(self.up):
+            raise UsageError(f"camera: up is {self.up}, expected a direction")
         if math.dist(self.eye, self.target) < 1e-9 * max(1.0, *map(abs, self.target)):
             raise UsageError(f"camera: eye and target are both {self.eye}, expected two different points")
 
@@ -157,10 +159,11 @@ class Camera:
         """
         expected = f"a JSON object with the keys {', '.join(_KEYS)}"
         try:
-            record = json.loads(Path(path).read_text(encoding="utf-8"))
+            # Whole numbers as floats: those that are too large become infinite.
+            record = json.loads(Path(path).read_text(encoding="utf-8-sig"), parse_int=float)
         except OSError as error:
             raise InputError(path, f"can't be read ({error.strerror})", expected) from error
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise InputError(path, f"not JSON ({error})", expected) from error
         if not isinstance(record, dict) or set(record) != set(_KEYS):
             keys = sorted(record) if isinstance(record, dict) else type(record).__name__

@@ -16,12 +16,14 @@ def atomic(path: str | Path) -> Iterator[Path]:
     The name aside keeps the suffix, so that writers which go by the suffix work.
 
     Raises:
-        InputError: There is no such folder.
+        InputError: There is no such folder, or the path is one.
         OSError: The folder can't be written.
     """
     target = Path(path)
     if not target.parent.is_dir():
         raise InputError(path, f"there is no folder {target.parent}", "a folder that exists")
+    if target.is_dir():
+        raise InputError(path, "a folder", "a file's name")
     try:
         handle, name = tempfile.mkstemp(prefix=".tmp-", suffix=target.suffix, dir=target.parent or ".")
     except OSError as error:
