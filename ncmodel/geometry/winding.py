@@ -178,8 +178,8 @@ def _measured(vertices: Floats, faces: Indices, shell: Ints, count: int) -> tupl
     for s in range(count):
         area, vector, moment = sums[s, 0], sums[s, 1:4], sums[s, 4:7]
         # From its middle, so that a small opening matters little.
-        volume[s] = sums[s, 7] - np.dot(moment, vector) / (3 * max(area, 1e-300))
-        opening = math.sqrt(np.dot(vector, vector))
+        volume[s] = sums[s, 7] - (moment * vector).sum() / (3 * max(area, 1e-300))
+        opening = math.sqrt((vector**2).sum())
         is_shell[s] = opening <= OPEN * area and abs(volume[s]) > THIN * area**1.5
     return volume, is_shell
 
@@ -242,6 +242,7 @@ def _crossing(a: Floats, b: Floats, c: Floats, point: Floats) -> int:
             winding += int(p[2] <= z and left > 0) - int(q[2] <= z and left < 0)
     if winding == 0:
         return 0
-    normal = np.cross(b - a, c - a)
-    depth = a[0] - x + ((a[1] - y) * normal[1] + (a[2] - z) * normal[2]) / normal[0]
+    (ux, uy, uz), (vx, vy, vz) = b - a, c - a
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    depth = a[0] - x + ((a[1] - y) * ny + (a[2] - z) * nz) / nx
     return winding if depth > NEAR else 0
