@@ -27,8 +27,6 @@ CREASE_ANGLE = 40.0
 """Degrees between faces above which their edge is drawn as a crease, unless told otherwise."""
 SHORTEST_STROKE = 2.5
 """Strokes on the smooth surface shorter than this, in pixels at 768, are dots and not drawn."""
-NEAR_PIXELS = 3.0
-"""An outline nearer to a stroke of full strength than this, in pixels at 768, is drawn by it."""
 
 
 @dataclass(frozen=True)
@@ -119,7 +117,7 @@ def draw(
     if by_edges and LineFamily.CONTOURS in plan.drawn:
         full = [stroke for stroke in drawn if stroke.family not in FILTERED_FAMILIES]
         with timed(surface.trace, "missing_outlines"):
-            segments = missing_outlines(whole, camera, full, NEAR_PIXELS * scale, detail.sample_pixels)
+            segments = missing_outlines(whole, camera, full, detail.sample_pixels)
             drawn += strokes(segments, camera, detail.tolerance, SHORTEST_STROKE * scale)
     mesh = surface.mesh
     return Drawing(camera, (*drawn, *plan.strokes), mesh.name, plan, mesh.notes, surface.trace)

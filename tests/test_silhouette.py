@@ -17,7 +17,6 @@ from tests import analytic
 from tests.dirty import box, joined
 
 LINES = ("contours", "boundaries", "creases")
-NEAR = 3.0
 
 
 def house() -> Mesh:
@@ -48,7 +47,7 @@ def test_where_contours_miss_it_the_faces_edge_is_drawn() -> None:
     """The ridge from the side: one straight stroke over the length of the roof, and nothing else."""
     mesh = house()
     camera = Camera.orbit(mesh.vertices, 90.0, 5.0, size=(400, 400))
-    segments = missing_outlines(Surface(mesh), camera, draw(mesh, camera, ["creases"]).strokes, NEAR)
+    segments = missing_outlines(Surface(mesh), camera, draw(mesh, camera, ["creases"]).strokes, 1.0)
     assert segments.family is LineFamily.CONTOURS
     assert (segments.points[..., 1] == mesh.vertices[:, 1].max()).all()
     np.testing.assert_allclose(np.ptp(segments.points[..., 2]), 1.0, atol=0.05)
@@ -61,7 +60,7 @@ def test_a_fine_shape_needs_none(builder: Callable[[], tuple[Floats, Ints]]) -> 
     mesh = make_mesh(*builder())
     camera = Camera.orbit(mesh.vertices, 30.0, 25.0, size=(400, 400))
     drawn = draw(mesh, camera, ["contours", "boundaries"]).strokes
-    assert len(missing_outlines(Surface(mesh), camera, drawn, NEAR)) == 0
+    assert len(missing_outlines(Surface(mesh), camera, drawn, 1.0)) == 0
 
 
 def test_nothing_in_sight_has_no_outline() -> None:
@@ -69,7 +68,7 @@ def test_nothing_in_sight_has_no_outline() -> None:
     away = Camera((0.0, 0.0, 5.0), target=(0.0, 0.0, 9.0))
     inside = Camera((0.0, 0.0, 0.0), target=(0.0, 0.0, 1.0))
     for camera in (away, inside):
-        assert len(missing_outlines(Surface(mesh), camera, (), NEAR)) == 0
+        assert len(missing_outlines(Surface(mesh), camera, (), 1.0)) == 0
 
 
 def test_it_costs_nothing_unless_creases_are_drawn() -> None:
@@ -84,7 +83,7 @@ def test_a_limb_before_another_part_has_its_outline() -> None:
     vertices = np.concatenate([front.vertices, front.vertices + [-0.8, 0.15, 0.0]])
     both = Mesh(vertices, np.concatenate([front.faces, front.faces + len(front.vertices)]))
     camera = Camera.orbit(both.vertices, 90.0, 10.0, size=(400, 400))
-    outlines = missing_outlines(Surface(both), camera, draw(both, camera, ["creases"]).strokes, NEAR)
+    outlines = missing_outlines(Surface(both), camera, draw(both, camera, ["creases"]).strokes, 1.0)
     ridge = np.isclose(outlines.points[..., 1], front.vertices[:, 1].max()).all(axis=1)
     np.testing.assert_allclose(np.ptp(outlines.points[ridge][..., 2]), 1.0, atol=0.05)
 
@@ -95,7 +94,7 @@ def test_outlines_do_not_depend_on_how_faces_are_wound(turned: slice) -> None:
     faces = mesh.faces.copy()
     faces[turned] = faces[turned, ::-1]
     camera = Camera.orbit(mesh.vertices, 90.0, 5.0, size=(400, 400))
-    one, other = (missing_outlines(Surface(each), camera, (), NEAR) for each in (mesh, Mesh(mesh.vertices, faces)))
+    one, other = (missing_outlines(Surface(each), camera, (), 1.0) for each in (mesh, Mesh(mesh.vertices, faces)))
     assert len(one) > 300
     np.testing.assert_allclose(np.sort(one.points.mean(axis=1), axis=0), np.sort(other.points.mean(axis=1), axis=0))
 
@@ -105,7 +104,18 @@ def test_a_step_too_low_to_matter_is_no_outline(height: float, shown: float) -> 
     """A plate on a block: its far upper edge, behind which the block's top is seen."""
     vertices, faces = joined(box((-0.5, -0.2, -0.5), (0.5, 0.0, 0.5)), box((-0.2, 0.0, -0.2), (0.2, height, 0.2)))
     camera = Camera.orbit(vertices, 0.0, 45.0, size=(400, 400))
-    outlines = missing_outlines(Surface(Mesh(vertices, faces)), camera, (), NEAR)
+    outlines = missing_outlines(Surface(Mesh(vertices, faces)), camera, (), 1.0)
     far = np.isclose(outlines.points[..., 1], height) & np.isclose(outlines.points[..., 2], -0.2)
     drawn = outlines.points[far.all(axis=1)]
     assert float(np.abs(drawn[:, 1] - drawn[:, 0]).sum()) == pytest.approx(shown, abs=0.01)
+
+
+def test_contours_that_end_in_cusps_are_not_dashed_from_view_to_view() -> None:
+    """From low on, a torus has its outline and a piece of its hole's; from higher up, the whole hole, parted at most."""
+    surface = Surface(make_mesh(*analytic.torus(64, 32)))
+    vertices = surface.mesh.vertices
+    cameras = [Camera.orbit(vertices, 30.0 + 0.5 * k, 8.0 + 0.5 * k) for k in range(60)]
+    counts = [sum(s.family == "contours" for s in draw(surface, camera, LINES).strokes) for camera in cameras]
+    assert set(counts[:30]) == {2}
+    assert set(counts[35:]) <= {3, 4}
+    assert np.abs(np.diff(counts)).max() <= 1

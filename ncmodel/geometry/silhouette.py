@@ -11,49 +11,53 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ncmodel.camera import Camera
+from ncmodel.camera import DEFAULT_SIZE, Camera
 from ncmodel.geometry.areas import Indices, check_columns, sides_of
 from ncmodel.geometry.edges import Edges
 from ncmodel.geometry.rings import Offsets
-from ncmodel.geometry.strokes import weld_points
+from ncmodel.geometry.strokes import connected, weld_points
 from ncmodel.geometry.surface import Surface
-from ncmodel.geometry.visibility import SAMPLE_PIXELS, visible_pieces
+from ncmodel.geometry.visibility import visible_pieces
 from ncmodel.kernels import kernel
 from ncmodel.raster import draw_segments
 from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mask, Segments, Stroke
 
+NEAR_PIXELS = 3.0
+"""An outline nearer to a drawn line than this has one. All pixels are those of a picture whose shorter side is 768."""
 STEP = 0.015
 """An edge is an outline if just beside it the eye sees past the shape, or a part of it that is farther by this..."""
 ASIDE_PIXELS = 0.5
-"""...on so short a way that a surface seen at a grazing angle hardly recedes as much."""
+"""...on so short a way, in pixels of any picture, that a surface seen at a grazing angle hardly recedes as much."""
+SHORTEST_PIXELS = 20.0
+"""Outlines before other parts of the shape are longer: where a contour ends in a cusp, faces go on as an outline for a
+little, in one line or several."""
 
 
-def missing_outlines(
-    surface: Surface,
-    camera: Camera,
-    drawn: Sequence[Stroke],
-    near: float,
-    sample_pixels: float = SAMPLE_PIXELS,
-) -> Segments:
+def missing_outlines(surface: Surface, camera: Camera, drawn: Sequence[Stroke], sample_pixels: float) -> Segments:
     """The visible parts of a shape's outlines, as its faces have them, that are far from all strokes drawn so far.
 
     Args:
         surface: The shape, not parted.
         camera: Where it is seen from.
         drawn: On the picture plane.
-        near: An outline nearer to a stroke than this, in pixels, has one.
         sample_pixels: Distance along the picture of the points at which visibility is decided.
     """
     vertices, rings, scene = surface.mesh.vertices, surface.rings, surface.scene
+    near = NEAR_PIXELS * min(camera.width, camera.height) / DEFAULT_SIZE
     turned = _turned(vertices, surface.faces, np.asarray(camera.eye, dtype=np.float64))
     start, end, face = _folds(rings.starts, rings.around, rings.face, turned)
     folds = Edges(np.stack([start, end], axis=1), face).lines(LineFamily.CONTOURS, vertices)
     if len(folds):
         folds = visible_pieces(_pieces(folds, camera, near), camera, scene, None, sample_pixels)
     if len(folds):
-        undrawn = _far(camera.project(folds.points)[..., :2], drawn, near, camera)
-        missing = undrawn & (_step(folds, surface, camera) >= STEP)
-        folds = folds.take(_with_neighbours(folds.points, missing))
+        step = _step(folds, surface, camera)
+        pixels = camera.project(folds.points)[..., :2]
+        missing = np.flatnonzero(_far(pixels, drawn, near, camera) & (step >= STEP))
+        length = np.linalg.norm(pixels[missing, 1] - pixels[missing, 0], axis=1)
+        length[np.isinf(step[missing])] = np.inf
+        run = connected(folds.points[missing])
+        long = np.bincount(run, length)[run] >= near * SHORTEST_PIXELS / NEAR_PIXELS
+        folds = folds.take(_with_neighbours(folds.points, missing[long]))
     return Segments(LineFamily.CONTOURS, folds.points, np.ones((len(folds), 2)), folds.face)
 
 
@@ -94,7 +98,7 @@ def _step(lines: LineSet, surface: Surface, camera: Camera) -> Floats:
     return np.asarray((np.maximum(left, right) - distance) / surface.scene.radius)
 
 
-def _with_neighbours(points: Floats, chosen: Mask) -> Mask:
+def _with_neighbours(points: Floats, chosen: Ints) -> Mask:
     """(S,) the chosen segments (S, 2, 3), and those that share an end with one: they lead on to strokes."""
     nodes = weld_points(points.reshape(-1, 3)).reshape(-1, 2)
     return np.asarray(np.isin(nodes, nodes[chosen]).any(axis=1))
