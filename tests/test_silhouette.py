@@ -111,7 +111,7 @@ def test_a_step_too_low_to_matter_is_no_outline(height: float, shown: float) -> 
 
 
 def test_contours_that_end_in_cusps_are_not_dashed_from_view_to_view() -> None:
-    """From low on, a torus has its outline and a piece of its hole's; from higher up, the whole hole, parted at most."""
+    """From low on, a torus has its outline and a piece of its hole's; from higher up, the whole hole, in parts."""
     surface = Surface(make_mesh(*analytic.torus(64, 32)))
     vertices = surface.mesh.vertices
     cameras = [Camera.orbit(vertices, 30.0 + 0.5 * k, 8.0 + 0.5 * k) for k in range(60)]

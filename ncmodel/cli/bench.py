@@ -1,4 +1,4 @@
-"""`ncontours bench`: speed and its growth, whole commands, and what the faster presets cost in accuracy."""
+"""`ncontours bench`: speed and its growth, whole commands, what faster presets cost, and drawings against rays."""
 
 import os
 import platform
@@ -14,6 +14,7 @@ from ncmodel.cli.common import emit, progress
 if TYPE_CHECKING:
     from eval.bench import Part
     from ncmodel.model import Model
+    from ncmodel.types import Mesh
 
 Meshes = Annotated[
     list[Path] | None, typer.Argument(help="Meshes for the presets; by default those that pymeshlab bundles.")
@@ -37,7 +38,7 @@ def register(app: typer.Typer) -> None:
 def bench(
     output: Output, meshes: Meshes = None, large: Large = False, model: ModelFile = None, as_json: AsJson = False
 ) -> None:
-    """Measure speed over the size of the mesh, and accuracy over the presets."""
+    """Measure speed over the size of the mesh, accuracy over the presets, and drawings against what rays see."""
     from eval.bench import Bench
     from eval.processes import measure_processes
     from eval.scaling import LARGE_SIZES, SIZES, measure_scaling
@@ -48,17 +49,39 @@ def bench(
     shapes = [load_mesh(path) for path in meshes or bundled_meshes()[:BUNDLED]]
     sizes = SIZES + LARGE_SIZES if large else SIZES
     trained = _load(model)
-    with progress("bench", 2 * len(sizes) + len(shapes) * (2 if trained else 1) + DATASET_STEPS) as advance:
+    with progress("bench", 2 * len(sizes) + len(shapes) * (3 if trained else 2) + DATASET_STEPS) as advance:
         found = Bench(
             scaling=measure_scaling(sizes, advance),
             processes=measure_processes(sizes, advance),
             efforts=measure_presets(shapes, advance),
             machine=_machine(),
             searches=measure_presets(shapes, advance, trained) if trained else (),
-            parts=dataset_parts(advance),
+            parts=[coverage_part(shapes, advance), *dataset_parts(advance)],
         )
     found.write(output)
     emit(found.to_record(), as_json, f"{found.to_text()}\n\n{output / 'bench.html'}")
+
+
+def coverage_part(meshes: "Sequence[Mesh]", advance: Callable[[str], None]) -> "Part":
+    """How complete and how right drawings are, held against what rays see.
+
+    Args:
+        meshes: What to draw.
+        advance: Called after each mesh.
+    """
+    from eval.bench import Part
+    from eval.coverage import BEHIND, GAP, JUMP, NEAR, SIZE, VIEWS, coverage_rows, mean_coverage, measure_coverage
+    from ncmodel.geometry.seams import sewn
+    from ncmodel.geometry.surface import Surface
+
+    found = measure_coverage((sewn(Surface(mesh)) for mesh in meshes), advance)
+    text = (
+        f"{len(VIEWS)} views of {SIZE} pixels each. Drawn: the share of the outline before the background and of where "
+        f"depth jumps by {JUMP:g} of the shape's size, with a contour, boundary or crease within {NEAR:g} pixels. "
+        f"Hidden: ink of all families more than {BEHIND:g} behind what is seen around it. Lost: what is seen of lines "
+        f"and not drawn. Gaps: of {GAP[0]:g} to {GAP[1]:g} pixels in contours, a view."
+    )
+    return Part("coverage", "Drawings against rays", text, coverage_rows(mean_coverage(found)), _records(found))
 
 
 def dataset_parts(advance: Callable[[str], None]) -> "list[Part]":
