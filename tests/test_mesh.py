@@ -246,6 +246,10 @@ def test_point_clouds_become_surfaces(tmp_path: Path) -> None:
     volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
     assert volume == pytest.approx(2 * np.pi**2 * 0.355 * 0.145**2, rel=0.03)
     assert mesh.notes == (f"reconstructed {len(mesh.faces)} faces from points (screened Poisson)",)
+    (tmp_path / "cloud.xyz").write_text("# x y z nx ny nz\n" + rows.replace("\n", " 0 0 1\n\n") + " 0 0 1 # last")
+    np.testing.assert_array_equal(load_mesh(tmp_path / "cloud.xyz").vertices, mesh.vertices)
+    (tmp_path / "cloud.obj").write_text("v " + rows.replace("\n", "\nv "))
+    np.testing.assert_array_equal(load_mesh(tmp_path / "cloud.obj").vertices, mesh.vertices)
 
 
 @pytest.mark.parametrize(
@@ -302,6 +306,10 @@ BAD_FILES = {
     "negative.off": (b"OFF\n-3 1 0\n", "'-3 1 0' for counts"),
     "binary.off": (b"OFF BINARY\n\0\0", "' BINARY' for counts"),
     "corners.off": (b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4 0 1 2\n", "a face with fewer corners than it says"),
+    "empty.xyz": (b"# nothing\n", "no vertices"),
+    "flat.xyz": (b"1 2\n3 4\n", "4 numbers in 2 lines, the first of 2"),
+    "ragged.xyz": (b"1 2 3\n4 5\n", "5 numbers in 2 lines, the first of 3"),
+    "words.xyz": (b"x y z\n", "'x' among the numbers"),
     "noise.glb": (b"glTF and then nothing", "not readable as .glb"),
     "empty.gltf": (b"{}", "damaged"),
 }

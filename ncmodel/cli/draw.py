@@ -32,7 +32,9 @@ def register(app: typer.Typer) -> None:
 
 
 def draw(
-    meshes: Annotated[list[Path], typer.Argument(metavar="MESH", help="Mesh files: obj, ply, stl, off, gltf, glb.")],
+    meshes: Annotated[
+        list[Path], typer.Argument(metavar="MESH", help="Mesh files: obj, ply, stl, off, gltf, glb; points: xyz.")
+    ],
     output: Annotated[
         Path, typer.Option("--output", "-o", help="An .svg, .png or .pdf file; for several meshes, a folder.")
     ],

@@ -82,7 +82,23 @@ def _off(data: bytes) -> Geometry:
     return vertices, triangulate(vertices, corners, sizes)
 
 
-_READERS: dict[str, Callable[[bytes], Geometry]] = {".obj": read_obj, ".ply": read_ply, ".stl": _stl, ".off": _off}
+def _xyz(data: bytes) -> Geometry:
+    """Points alone, one a line: what follows their coordinates is passed over."""
+    lines = [line for line in re.sub(rb"#[^\r\n]*", b"", data).splitlines() if line.strip()]
+    width = len(lines[0].split()) if lines else 3
+    points = numbers(b" ".join(lines))
+    if width < 3 or len(points) != width * len(lines):
+        raise ValueError(f"{len(points)} numbers in {len(lines)} lines, the first of {width}")
+    return points.reshape(-1, width)[:, :3].copy(), np.zeros((0, 3), dtype=np.int64)
+
+
+_READERS: dict[str, Callable[[bytes], Geometry]] = {
+    ".obj": read_obj,
+    ".ply": read_ply,
+    ".stl": _stl,
+    ".off": _off,
+    ".xyz": _xyz,
+}
 
 SUFFIXES = (*_READERS, ".gltf", ".glb")
 """The file formats read."""
