@@ -36,6 +36,11 @@ class RtscSettings:
     families: tuple[LineFamily, ...] = ()
     thresholds: Thresholds = field(default_factory=Thresholds)
 
+    @property
+    def chosen(self) -> dict[str, float | None]:
+        """The threshold of each family that is drawn besides contours and boundaries."""
+        return {family.value: self.thresholds.of(family) for family in self.families}
+
 
 METHODS: Mapping[str, RtscSettings] = {
     "contours": RtscSettings(),

@@ -10,7 +10,7 @@ import numpy as np
 
 from dataset_tools.artist import ArtistDrawings, crowd_artists, open_view
 from dataset_tools.items import list_items
-from eval.baselines import canny, rtsc
+from eval.baselines import canny, grid, rtsc
 from eval.evaluation import Settings, Target
 from ncmodel.cli.common import progress
 from ncmodel.errors import InputError
@@ -28,7 +28,9 @@ VARIANTS: dict[str, Variant] = {"NC-geometry": "geometry", "NC-image": "image", 
 """The paper's names -> the model's."""
 
 TUNING_VIEWS = 12
-"""Training views that Canny's parameters are tuned on."""
+"""Training views that baselines' parameters are tuned on."""
+GRID_LEVELS = 21
+"""Thresholds tried per kind of line."""
 
 VALIDATION_SHARE = 8
 """Of the shapes that may be trained on, every so many-th watches over training instead."""
@@ -56,13 +58,13 @@ def draw_held_out(out: Path, held_out: Sequence[str], effort: str) -> None:
     mine = [item for item in items if item.shape in held_out]
     if not mine:
         raise InputError(data, "no view of a held-out shape", f"views of {', '.join(held_out)}")
-    canny_settings = _tune_canny([item for item in items if item.shape not in held_out], artists)
+    canny_settings, tuned = _tune([item for item in items if item.shape not in held_out], artists)
     model = load_model(out / "model.safetensors")
     chosen: dict[str, Any] = {}
     with progress("Held-out views", len(mine)) as advance:
         for item in mine:
             view = open_view(data, item)
-            for method, settings in rtsc.METHODS.items():
+            for method, settings in {**rtsc.METHODS, **tuned}.items():
                 _write(folder, method, item, rtsc.draw(view, settings))
             _write(folder, "Canny", item, canny.draw(view, canny_settings))
             _write(folder, "silhouettes", item, view.buffers.hit.astype(np.float32))
@@ -71,7 +73,9 @@ def draw_held_out(out: Path, held_out: Sequence[str], effort: str) -> None:
             chosen[item.name] = _draw_variants(model, view, item, folder, effort)
             advance(item.name)
     pairs = _score_pairs(model, data, out / "pairs.jsonl", set(held_out))
-    write_text(folder / "model.json", json.dumps({"views": chosen, "pairs": pairs}, indent=1) + "\n")
+    thresholds = {method: settings.chosen for method, settings in tuned.items()}
+    record = {"views": chosen, "pairs": pairs, "tuned": thresholds}
+    write_text(folder / "model.json", json.dumps(record, indent=1) + "\n")
 
 
 def _draw_variants(model: Model, view: View, item: Item, folder: Path, effort: str) -> dict[str, Any]:
@@ -138,13 +142,14 @@ def _write(folder: Path, group: str, item: Item | int, ink: Image) -> None:
     write_png(path, from_ink(ink))
 
 
-def _tune_canny(items: Sequence[Item], artists: ArtistDrawings) -> canny.CannySettings:
+def _tune(items: Sequence[Item], artists: ArtistDrawings) -> tuple[canny.CannySettings, dict[str, rtsc.RtscSettings]]:
+    """Canny's parameters, and the appendix's four methods by name, both with the least Chamfer distance."""
     chosen = items[:: max(1, len(items) // TUNING_VIEWS)][:TUNING_VIEWS]
     examples = []
-    with progress("Canny's parameters: training views", len(chosen)) as advance:
+    with progress("Baselines' parameters: training views", len(chosen)) as advance:
         for item in chosen:
             view = open_view(artists.data_dir, item)
             references = {str(number): ink for number, ink in enumerate(artists.inks(item)[:1])}
             examples.append((view, Target.of(item.name, references, Settings(), view.buffers.hit)))
             advance(item.name)
-    return canny.search(examples)
+    return canny.search(examples), grid.search(examples, GRID_LEVELS).methods

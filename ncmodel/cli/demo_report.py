@@ -22,9 +22,11 @@ from ncmodel.pictures import from_brightness as grey
 from ncmodel.plots import Axis, Plot, Series, line_plot
 from ncmodel.report import Block, Cell, Facts, Fold, Grid, Section, Table, Text, write_report
 
-METHODS = ("contours", "SC-rtsc", "RV-rtsc", "AR-rtsc", "all-rtsc", "Canny", "NC-geometry", "NC-image", "NCs")
-FIXED = ("SC-rtsc", "RV-rtsc", "AR-rtsc", "all-rtsc")
-"""The rows whose thresholds are the same for every shape."""
+DEFAULTS = ("SC-rtsc", "RV-rtsc", "AR-rtsc", "all-rtsc")
+TUNED = ("SC-grid", "RV-grid", "AR-grid", "all-grid")
+FIXED = DEFAULTS + TUNED
+"""The rows whose thresholds are the same for every shape: rtsc's, and those that suit training views best."""
+METHODS = ("contours", *FIXED, "Canny", "NC-geometry", "NC-image", "NCs")
 
 REFERENCE_WIDTH = 768
 """The tolerance below is in pixels of a drawing this wide."""
@@ -159,6 +161,7 @@ def _result(outcome: Outcome, summary: dict[str, Any]) -> list[Block]:
             _mean(view["evaluations"] for view in chosen),
         ),
         ("Seconds a view, drawing included", _mean(view["seconds"] for view in chosen)),
+        ("Thresholds with the least Chamfer distance on training views", _tuned(outcome.model["tuned"])),
     ]
     caption = (
         "Held-out drawings against those of the simulated artists, silhouettes removed; 95 % intervals over resampled "
@@ -170,6 +173,13 @@ def _result(outcome: Outcome, summary: dict[str, Any]) -> list[Block]:
         comparison_table(outcome.comparison, caption),
         difference_table(outcome.comparison, "NC-geometry", "f1", "Paired by drawing."),
     ]
+
+
+def _tuned(methods: dict[str, dict[str, float]]) -> str:
+    return "; ".join(
+        f"{method}: " + ", ".join(f"{family} {value:.2f}" for family, value in thresholds.items())
+        for method, thresholds in methods.items()
+    )
 
 
 def _mean(values: Any) -> str:
