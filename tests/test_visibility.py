@@ -93,6 +93,20 @@ def test_touching_cubes_hide_each_other() -> None:
     assert length(lines.take(bottom)) == pytest.approx(1.0, abs=0.01)
 
 
+@pytest.mark.parametrize("ground", [0.0, 1.0, 1e4])
+def test_a_thin_fin_close_before_a_wall(ground: float) -> None:
+    """A plate of 0.001 floats 0.001 before a thin wall, alone or above a vast ground that reaches past the eye."""
+    parts = [box((-0.5, -0.5, -0.1), (0.5, 0.5, 0)), box((-0.25, -0.25, 0.001), (0.25, 0.25, 0.002))]
+    if ground:
+        parts.append(box((-ground, -3.0, -ground), (ground, -2.0, 5.0)))
+    lines = visible(joined(*parts), Camera((0.3, 0.2, 3.0)), LineFamily.CREASES)
+    lines = lines.take(lines.points[..., 1].min(axis=1) > -1.0)
+    of_fin = lines.points[..., 2].min(axis=1) > 0.0005
+    # All front edges, and the short ones to the back that are seen.
+    assert length(lines.take(of_fin)) == pytest.approx(4.0, abs=0.02)
+    assert length(lines.take(~of_fin)) == pytest.approx(4.0, abs=0.1)
+
+
 def test_shells_that_coincide_are_seen_as_one() -> None:
     torus = analytic.torus(48, 24)
     camera = Camera.orbit(torus[0], elevation=40.0)

@@ -28,7 +28,7 @@ from ncmodel.kernels import kernel
 from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mask
 
 TOUCH = 1e-5
-"""A point nearer to a face than this, in radii of the mesh, lies on it."""
+"""A point nearer to a face than this lies on it: in radii of the mesh, or in distances from an eye nearer than that."""
 ROUGHNESS = 2.0
 """A face is near a fold if it could look away after turning this many times as far as it is off the smooth normals."""
 REACH = 3.0
@@ -83,8 +83,8 @@ class Occlusion:
         share = at[:, None]
         points = self.points[segment, 0] * (1 - share) + self.points[segment, 1] * share
         hits = self.scene.hits(self.eye, points - self.eye)
-        before = np.linalg.norm(points - self.eye, axis=1) - hits.distance
-        touch = TOUCH * self.scene.radius
+        distance = np.linalg.norm(points - self.eye, axis=1)
+        before, touch = distance - hits.distance, self._touch(distance)
         face, reach = self.face[segment], self.reach[segment]
         state = _judge(points, face, reach, hits.face, before, self.surface, self.eye, touch, self.contours)
         doubtful = np.flatnonzero(state != SEEN if self.on_edges else state == FOLDED)
@@ -93,15 +93,19 @@ class Occlusion:
         state[state == FOLDED] = HIDDEN_NEARBY
         return state
 
+    def _touch(self, distance: Floats) -> Floats:
+        """(N,) how near to faces points at some distances from the eye lie on them."""
+        return TOUCH * np.minimum(distance, self.scene.radius)
+
     def _beside_is_free(self, points: Floats, segment: Ints) -> Mask:
         """Whether nothing is met before points where they are moved a little to either side of their lines."""
         away = points - self.eye
-        distance = np.linalg.norm(away, axis=1, keepdims=True)
+        distance = np.linalg.norm(away, axis=1)
         aside = np.cross(away, self.points[segment, 1] - self.points[segment, 0])
-        aside *= self.grace * distance / np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), 1e-300)
+        aside *= (self.grace * distance / np.maximum(np.linalg.norm(aside, axis=1), 1e-300))[:, None]
         free = np.zeros(len(points), dtype=np.bool_)
         for side in (aside, -aside):
-            free |= self.scene.first_hit(self.eye, away + side)[0] >= distance[:, 0] - TOUCH * self.scene.radius
+            free |= self.scene.first_hit(self.eye, away + side)[0] >= distance - self._touch(distance)
         return free
 
 
@@ -149,7 +153,7 @@ def _judge(
     before: Floats,
     surface: Smooth,
     eye: Floats,
-    touch: float,
+    touch: Floats,
     contours: bool,
 ) -> NDArray[np.int8]:
     """States of (N, 3) points on faces, given which faces their rays hit and how far before them.
@@ -159,11 +163,11 @@ def _judge(
     vertices, faces, _ = surface
     state = np.full(len(points), SEEN, np.int8)
     for n in range(len(points)):
-        if before[n] <= touch:
+        if before[n] <= touch[n]:
             continue
         point = _row(points, n)
         i, j, k = faces[hit[n], 0], faces[hit[n], 1], faces[hit[n], 2]
-        if _distance_to_triangle(point, _row(vertices, i), _row(vertices, j), _row(vertices, k)) <= touch:
+        if _distance_to_triangle(point, _row(vertices, i), _row(vertices, j), _row(vertices, k)) <= touch[n]:
             continue
         if before[n] > reach[n]:
             state[n] = HIDDEN_NEARBY if before[n] <= reach[n] * GAP_REACH / REACH else HIDDEN
