@@ -188,6 +188,27 @@ def test_concave_polygons_keep_their_area() -> None:
     assert (areas @ areas[0] > 0).all()
 
 
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_polygon_of_thousands_of_corners(turned: bool) -> None:
+    """A star of 5000 rays, either way round: covered once, in time."""
+    angle = np.linspace(0, 2 * np.pi, 10_000, endpoint=False)
+    radius = np.where(np.arange(10_000) % 2, 1.0, 0.3)
+    star = np.stack([radius * np.cos(angle), radius * np.sin(angle), 0 * angle], axis=1)[:: -1 if turned else 1]
+    a, b, c = star[triangulate(star, np.arange(10_000), np.array([10_000]))].transpose(1, 0, 2)
+    areas = np.cross(b - a, c - a)[:, 2] / 2 * (-1 if turned else 1)
+    assert (areas >= 0).all()
+    assert areas.sum() == pytest.approx(10_000 * 0.3 * np.sin(2 * np.pi / 10_000) / 2, rel=1e-9)
+
+
+def test_polygons_that_cross_themselves_are_cut_somehow() -> None:
+    bow = np.array([[0.0, 0, 0], [1, 1, 0], [1, 0, 0], [0, 1, 0], [0.5, 0.5, 1]])
+    line = np.array([[float(n), 0, 0] for n in range(6)])
+    for points in (bow, line, bow[[0, 0, 0, 1, 1, 2]]):
+        faces = triangulate(points, np.arange(len(points)), np.array([len(points)]))
+        assert len(faces) == len(points) - 2
+        assert set(faces.ravel()) == set(range(len(points)))
+
+
 def test_z_up_stands_upright(tmp_path: Path) -> None:
     """What points up along z in the file points up along y; the turn is a rotation."""
     vertices, faces = tetrahedron()

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ncmodel.kernels import kernel
 from ncmodel.types import Floats, Ints
 
 
@@ -51,14 +52,32 @@ def _ears(points: Floats) -> Ints:
     count = len(points)
     fan = np.stack([np.zeros(count - 2, dtype=np.int64), np.arange(1, count - 1), np.arange(2, count)], axis=1)
     flat = _flattened(points)
-    if (_turn(np.roll(flat, 1, axis=0), flat, np.roll(flat, -1, axis=0)) >= 0).all():
+    side = np.roll(flat, -1, axis=0) - flat
+    last = np.roll(side, 1, axis=0)
+    if (last[:, 0] * side[:, 1] >= last[:, 1] * side[:, 0]).all():
         return fan
-    left, faces = list(range(count)), []
-    while len(left) > 3:
-        place = next((n for n in range(len(left)) if _is_ear(flat, left, n)), 0)
-        faces.append([left[place - 1], left[place], left[(place + 1) % len(left)]])
-        del left[place]
-    return np.array([*faces, left], dtype=np.int64)
+    return _cut_ears(np.ascontiguousarray(flat))
+
+
+@kernel
+def _cut_ears(flat: Floats) -> Ints:
+    """(n - 2, 3) triangles of a polygon (n, 2) on the plane: the first corner that sticks out is cut, and so on."""
+    count = len(flat)
+    after, before = (np.arange(count) + 1) % count, (np.arange(count) - 1) % count
+    faces = np.empty((count - 2, 3), dtype=np.int64)
+    place, tried, cut = 0, 0, 0
+    while cut < count - 2:
+        # Where nothing sticks out, as in polygons that cross themselves, any corner will do.
+        if tried > count - cut or _is_ear(flat, before, after, place):
+            faces[cut] = before[place], place, after[place]
+            cut += 1
+            after[before[place]], before[after[place]] = after[place], before[place]
+            tried = 0
+            place = before[place]
+        else:
+            tried += 1
+            place = after[place]
+    return faces
 
 
 def _flattened(points: Floats) -> Floats:
@@ -70,19 +89,23 @@ def _flattened(points: Floats) -> Floats:
     return flat if normal[axis] >= 0 else flat * np.array([1.0, -1.0])
 
 
-def _turn(a: Floats, b: Floats, c: Floats) -> Floats:
-    """Twice the signed area of triangles abc, positive when counter-clockwise."""
-    return np.asarray(
-        (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1]) - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
-    )
-
-
-def _is_ear(flat: Floats, left: list[int], place: int) -> bool:
-    """Whether the corner at `place` sticks out and no other corner lies in its triangle."""
-    i, j, k = left[place - 1], left[place], left[(place + 1) % len(left)]
-    a, b, c = flat[i], flat[j], flat[k]
+@kernel
+def _is_ear(flat: Floats, before: Ints, after: Ints, place: int) -> bool:
+    """Whether the corner at `place` sticks out and no other corner that is left lies in its triangle."""
+    i, k = before[place], after[place]
+    a, b, c = flat[i], flat[place], flat[k]
     if _turn(a, b, c) <= 0:
         return False
-    others = flat[[n for n in left if n not in (i, j, k)]]
-    inside = (_turn(a, b, others) >= 0) & (_turn(b, c, others) >= 0) & (_turn(c, a, others) >= 0)
-    return not inside.any()
+    n = after[k]
+    while n != i:
+        p = flat[n]
+        if _turn(a, b, p) >= 0 and _turn(b, c, p) >= 0 and _turn(c, a, p) >= 0:
+            return False
+        n = after[n]
+    return True
+
+
+@kernel
+def _turn(a: Floats, b: Floats, c: Floats) -> float:
+    """Twice the signed area of triangle abc, positive when counter-clockwise."""
+    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
