@@ -127,7 +127,8 @@ class Drawing:
         return f"Drawing({self.name!r}, {self.width} x {self.height}, strokes: {lines})"
 
     def _repr_svg_(self) -> str:
-        return self.svg()
+        # On white paper: black lines on a notebook's dark page wouldn't show.
+        return self.svg(background="white")
 
 
 def check_output(path: str | Path) -> None:

@@ -307,7 +307,7 @@ def test_a_model_is_held_to_the_families_asked_for(torus: Mesh) -> None:
 def test_five_lines_of_python(torus: Mesh, tmp_path: Path) -> None:
     drawing = ncmodel.draw_shape(torus, lines=["contours", "suggestive"], size=(128, 128))
     drawing.save(tmp_path / "torus.svg")
-    assert (tmp_path / "torus.svg").read_text(encoding="utf-8") == drawing._repr_svg_()
+    assert (tmp_path / "torus.svg").read_text(encoding="utf-8") == drawing.svg()
     assert isinstance(drawing, ncmodel.Drawing)
     assert set(ncmodel.__dir__()) >= {"Camera", "Drawing", "Thresholds", "draw_shape", "load_mesh"}
     with pytest.raises(AttributeError, match="no attribute 'draw_everything'"):

@@ -113,3 +113,4 @@ def test_a_drawing_says_what_it_is(torus: Mesh) -> None:
     drawing = draw(torus, lines="contours", size=SMALL)
     assert repr(drawing) == f"Drawing('torus', 48 x 48, strokes: {len(drawing.strokes)} contours)"
     assert drawing._repr_svg_().startswith("<?xml")
+    assert 'fill="#ffffff"' in drawing._repr_svg_()
