@@ -318,6 +318,8 @@ BAD_FILES = {
         "faces use vertices 0..7, the mesh has 7",
     ),
     "letters.ply": (as_ply(*tetrahedron()).replace(b"2 0 0", b"2 x 0"), "'x' among the numbers"),
+    "fractions.ply": (as_ply(*tetrahedron()).replace(b"3 0 2 1", b"3 0.5 2 1"), "that aren't whole"),
+    "nan.ply": (as_ply(*tetrahedron()).replace(b"3 0 2 1", b"3 nan 2 1"), "that aren't whole"),
     "empty.stl": (b"", "neither a text STL nor a binary one"),
     "noise.stl": (bytes(range(256)), "neither a text STL nor a binary one"),
     "cut.stl": (b"solid\nfacet\nvertex 0 0 0\nvertex 1 0 0\n", "2 corners"),

@@ -58,13 +58,20 @@ def read_ply(data: bytes) -> tuple[Floats, Ints]:
             vertices = np.stack([columns[axis][0] for axis in "xyz"], axis=1).astype(np.float64)
         for name in _CORNERS:
             if name in columns and element.name == "face":
-                corners, sizes = (column.astype(np.int64) for column in columns[name])
+                corners, sizes = map(_whole, columns[name])
             elif name in columns and element.name == "tristrips":
-                strips = _strips(*(column.astype(np.int64) for column in columns[name]))
+                strips = _strips(*map(_whole, columns[name]))
     faces = triangulate(vertices, corners, sizes)
     if len(strips):
         faces = np.concatenate([faces, triangulate(vertices, strips.ravel(), np.full(len(strips), 3))])
     return vertices, faces
+
+
+def _whole(values: NDArray[Any]) -> Ints:
+    """Numbers of vertices; text files hold them as any others."""
+    if values.dtype.kind == "f" and not (values == np.floor(values)).all():
+        raise ValueError("numbers of vertices that aren't whole")
+    return values.astype(np.int64)
 
 
 def _strips(corners: Ints, sizes: Ints) -> Ints:
