@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from skimage.morphology import skeletonize
+from skimage.morphology import remove_small_holes, skeletonize
 
 from ncmodel.geometry.strokes import chain
 from ncmodel.square import Square
@@ -87,12 +87,13 @@ def find_ridges(probability: Image, options: RidgeOptions | None = None) -> Ridg
         raise ValueError(f"probability map of shape {probability.shape}, expected (H, W) finite numbers")
     crest, offset = _crests(probability.astype(np.float64), options.sigma)
     mask = _connected(crest & (probability >= options.low), probability >= options.high, 0.0)
+    # Gaps too small to be anything would become rings.
+    mask = remove_small_holes(mask, max_size=int(options.length))
     # Thinning may break what was one piece only where it was a blob; lines keep their length.
     mask = _connected(skeletonize(mask), mask, options.length)
+    mask = _connected(_pruned(mask, int(options.length - 1) // 2), mask, options.length)
     rows, columns = np.nonzero(mask)
-    node = np.full(mask.shape, -1)
-    node[rows, columns] = np.arange(len(rows))
-    ends = _neighbours(node)
+    ends = _neighbours(mask)
     points = np.stack([columns, rows], axis=1) + 0.5 + offset[rows, columns]
     alpha = np.minimum(probability[rows, columns].astype(np.float64) / options.full, 1.0)
     return Ridges(points[ends], alpha[ends])
@@ -145,8 +146,42 @@ def _connected(mask: Mask, seeds: Mask, length: float) -> Mask:
     return np.asarray(keep[labels])
 
 
-def _neighbours(node: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(S, 2) pairs of nodes in neighbouring pixels; diagonal ones only where no way round a corner joins them."""
+def _pruned(mask: Mask, most: int) -> Mask:
+    """A thin mask without side branches of at most so many pixels, which thinning leaves where a line is uneven.
+
+    All lines lose that many pixels at each end; what is left of a line gets its own back, and of a fork the longer one.
+    """
+    rows, columns = np.nonzero(mask)
+    ends = _neighbours(mask)
+    lost = np.zeros(len(rows), dtype=np.int64)
+    for step in range(1, most + 1):
+        lost[(lost == 0) & (_degrees(ends, lost == 0) <= 1)] = step
+    kept = lost == 0
+    here, there = np.concatenate([ends, ends[:, ::-1]]).T
+    tips = kept & (_degrees(ends, kept) <= 1)
+    for _ in range(most):
+        begin, onwards = here[tips[here] & ~kept[there]], there[tips[here] & ~kept[there]]
+        order = np.lexsort((lost[onwards], begin))
+        begin, onwards = begin[order], onwards[order]
+        longest = onwards[np.append(begin[1:] != begin[:-1], True)[: len(begin)]]
+        kept[longest] = True
+        tips[:] = False
+        tips[longest] = True
+    pruned = np.zeros_like(mask)
+    pruned[rows[kept], columns[kept]] = True
+    return pruned
+
+
+def _degrees(ends: NDArray[np.int64], present: Mask) -> NDArray[np.int64]:
+    """How many of the nodes that are present each node is joined with, by pairs (S, 2), if it is present itself."""
+    joined = ends[present[ends].all(axis=1)]
+    return np.bincount(joined.ravel(), minlength=len(present))
+
+
+def _neighbours(mask: Mask) -> NDArray[np.int64]:
+    """(S, 2) pairs of neighbouring pixels, numbered; diagonal ones only where no way round a corner joins them."""
+    node = np.full(mask.shape, -1)
+    node[mask] = np.arange(int(mask.sum()))
     padded = np.pad(node, 1, constant_values=-1)
     here, right, down = padded[1:-1, 1:-1], padded[1:-1, 2:], padded[2:, 1:-1]
     across, back, left = padded[2:, 2:], padded[2:, :-2], padded[1:-1, :-2]

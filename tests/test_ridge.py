@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ncmodel.raster import draw_segments
-from ncmodel.ridge import IMAGE_FAMILY, RidgeOptions, find_ridges, polylines
+from ncmodel.ridge import IMAGE_FAMILY, RidgeOptions, _pruned, find_ridges, polylines
 from ncmodel.square import Square
 from ncmodel.types import Floats, Image
 
@@ -123,3 +123,32 @@ def test_wrong_input_is_refused() -> None:
         find_ridges(np.full((4, 4), np.nan, np.float32))
     with pytest.raises(ValueError, match="expected sigma > 0"):
         RidgeOptions(low=0.5, high=0.2)
+
+
+def test_short_side_branches_go_and_ends_stay() -> None:
+    thin = np.zeros((40, 60), dtype=np.bool_)
+    thin[20, 5:55] = True
+    plain = thin.copy()
+    thin[17:20, 30] = True  # a spur
+    np.testing.assert_array_equal(_pruned(thin, 4), plain)
+    thin[10:17, 30] = True  # long enough to be a line
+    np.testing.assert_array_equal(_pruned(thin, 4), thin)
+    np.testing.assert_array_equal(_pruned(plain, 4), plain)
+
+
+def test_a_forked_end_keeps_its_longer_tine() -> None:
+    thin = np.zeros((40, 60), dtype=np.bool_)
+    thin[20, 5:50] = True
+    plain = thin.copy()
+    for step in range(1, 4):
+        plain[20 + step, 49 + step] = True
+    thin |= plain
+    thin[18:20, 51:49:-1] |= np.eye(2, dtype=np.bool_)[::-1]
+    assert thin.sum() > plain.sum()
+    np.testing.assert_array_equal(_pruned(thin, 4), plain)
+
+
+def test_lines_that_cross_closely_leave_no_rings() -> None:
+    picture = lines((10, 48, 86, 48), (45, 10, 51, 86), (51, 10, 45, 86), (10, 51, 86, 45))
+    ends = [[tuple(point) for point in segment] for segment in find_ridges(picture).points.tolist()]
+    assert len(ends) == len({point for segment in ends for point in segment}) - 1  # one piece, and no way round
