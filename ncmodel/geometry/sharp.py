@@ -11,14 +11,15 @@ import numpy as np
 
 from ncmodel.geometry.areas import Indices, sides_of
 from ncmodel.geometry.edges import Edges
+from ncmodel.geometry.flats import flat_faces
 from ncmodel.geometry.raycast import RayScene
 from ncmodel.geometry.rings import Rings
 from ncmodel.geometry.strokes import chain, connected
 from ncmodel.geometry.surface import CREASE_ANGLE, Surface
 from ncmodel.geometry.union_find import root
 from ncmodel.kernels import kernel
-from ncmodel.stages import timed
-from ncmodel.types import Floats, Ints, Mask, Mesh
+from ncmodel.stages import stage, timed
+from ncmodel.types import FILTERED_FAMILIES, Floats, Ints, LineSet, Mask, Mesh
 
 CREASE_EDGES = 16
 CREASE_LENGTH = 0.05
@@ -58,6 +59,13 @@ def crease_lines(surface: Surface, angle_degrees: float) -> Edges:
     with timed(surface.trace, "crease_lines"):
         kept = _are_lines(surface.mesh.vertices, creases, strongest)
     return Edges(creases.ends[kept], creases.face[kept])
+
+
+def off_flats(lines: LineSet, surface: Surface) -> LineSet:
+    """Lines without those of curvature that lie on flats, if the surface is parted: planes have no curvature."""
+    if lines.family not in FILTERED_FAMILIES or not isinstance(surface, _Parted) or len(lines) == 0:
+        return lines
+    return lines.take(~surface.flat_faces[lines.face])
 
 
 def _are_lines(vertices: Floats, creases: Edges, strongest: Edges) -> Mask:
@@ -139,6 +147,11 @@ class _Parted(Surface):
 
     def creases(self, angle_degrees: float = CREASE_ANGLE) -> Edges:
         return self.whole.creases(angle_degrees)
+
+    @stage
+    def flat_faces(self) -> Mask:
+        """(F,) which faces lie on flats."""
+        return flat_faces(self.mesh.vertices, self.faces, self.rings)
 
 
 @kernel

@@ -135,13 +135,14 @@ class View:
         """The lines of a family that may be seen, at threshold 0.
 
         They are `lines` except for occluding contours, which are `outlines`: rays tell what is hidden, so curvature
-        isn't needed; and for creases, of which bits of rough surfaces and of rounded edges are left out.
+        isn't needed; for creases, of which bits of rough surfaces and of rounded edges are left out; and for lines
+        of curvature on the flats of a surface with creases, which have no curvature.
         """
         if family is LineFamily.CONTOURS:
             return self.outlines
         if family is LineFamily.CREASES:
             return sharp.crease_lines(self.surface, self.crease_angle).lines(family, self.mesh.vertices)
-        return self.lines(family)
+        return sharp.off_flats(self.lines(family), self.surface)
 
     def unhidden(self, lines: LineSet, sample_pixels: float = 1.0) -> LineSet:
         """The parts of lines that the camera sees.
