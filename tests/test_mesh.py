@@ -188,6 +188,14 @@ def test_concave_polygons_keep_their_area() -> None:
     assert (areas @ areas[0] > 0).all()
 
 
+@pytest.mark.parametrize("scale", [1e300, 1e-300])
+def test_polygons_of_any_size(scale: float) -> None:
+    outline = np.array([[0.0, 0, 0], [2, 0, 0], [2, 2, 0], [1, 0.5, 0], [0, 2, 0], [0, 5, 0], [0.1, 2, 0], [0, 1, 0]])
+    for corners, sizes in ((np.arange(5), [5]), (np.array([0, 4, 5, 6]), [4])):
+        expected = triangulate(outline, corners, np.array(sizes))
+        np.testing.assert_array_equal(triangulate(outline * scale, corners, np.array(sizes)), expected)
+
+
 @pytest.mark.parametrize("turned", [False, True])
 def test_a_polygon_of_thousands_of_corners(turned: bool) -> None:
     """A star of 5000 rays, either way round: covered once, in time."""
@@ -303,6 +311,11 @@ BAD_FILES = {
     "nan.obj": (b"v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n", r"vertex 1 is \[nan, 0.0, 0.0\]"),
     "huge.obj": (b"v 0 0 0\nv 1e999 0 0\nv 0 1 0\nf 1 2 3\n", r"vertex 1 is \[inf, 0.0, 0.0\]"),
     "spot.obj": (b"v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n", "all faces lie at one point"),
+    "nan in a quad.obj": (b"v nan 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3 4\n", r"vertex 0 is \[nan, 0.0, 0.0\]"),
+    "infinite pentagon.off": (
+        b"OFF 5 1\n0 0 0\n1 0 0\n2 1 0\n1 -inf 0\n0 1 0\n5 0 1 2 3 4\n",
+        "vertex 3 is .1.0, -inf",
+    ),
     "empty.ply": (b"", "no PLY header"),
     "format.ply": (b"ply\nformat x 1.0\nend_header\n", "header line 'format x 1.0'"),
     "formatless.ply": (b"ply\ncomment x\nend_header\n", "without a format"),

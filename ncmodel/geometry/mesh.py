@@ -69,7 +69,9 @@ def read_geometry(path: str | Path) -> tuple[Floats, Ints]:
     if not Path(path).is_file():
         raise MeshError(path, "no such file", "a mesh file")
     try:
-        return readers.read_mesh(Path(path))
+        # Numbers that aren't any are told by who uses the mesh.
+        with np.errstate(over="ignore", invalid="ignore"):
+            return readers.read_mesh(Path(path))
     except (ValueError, OverflowError) as error:
         raise MeshError(path, f"not readable as {suffix}: {error}", "a mesh file") from error
 

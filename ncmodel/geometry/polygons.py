@@ -23,6 +23,8 @@ def triangulate(vertices: Floats, corners: Ints, sizes: Ints) -> Ints:
         raise ValueError(f"faces use vertices {corners.min()}..{corners.max()}, the mesh has {len(vertices)}")
     if (sizes == 3).all():
         return corners.reshape(-1, 3)
+    # Squares of huge or tiny coordinates would overflow or vanish.
+    vertices = vertices / (np.abs(vertices).max() or 1.0)
     starts = np.cumsum(sizes) - sizes
     counts = np.maximum(sizes - 2, 0)
     places = np.cumsum(counts) - counts
