@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from ncmodel.camera import Camera
+from ncmodel.draw import draw
 from ncmodel.fade import fade
 from ncmodel.geometry.occlusion import HIDDEN, HIDDEN_NEARBY, SEEN
 from ncmodel.geometry.strokes import strokes
@@ -115,6 +116,20 @@ def test_shells_that_coincide_are_seen_as_one() -> None:
     crossed = joined(analytic.cube(), analytic.cube())
     seen = visible(crossed, Camera((2.0, 1.5, 2.5)), LineFamily.CREASES)
     assert length(seen) == pytest.approx(2 * 9.0, rel=0.01)
+
+
+@pytest.mark.parametrize("azimuth", [0.0, 35.0, 70.0])
+def test_faces_for_both_sides_are_seen_as_one(azimuth: float) -> None:
+    """A torus that has every face twice, once for each side, on the same vertices."""
+    vertices, faces = analytic.torus(48, 24)
+    camera = Camera.orbit(vertices, azimuth, 25.0)
+    both = np.concatenate([faces, faces[:, ::-1]])
+    once, twice = (
+        draw(Mesh(vertices, each), camera, ["contours", "boundaries", "creases"]).strokes for each in (faces, both)
+    )
+    assert len(twice) <= len(once) + 3
+    lengths = [sum(np.linalg.norm(np.diff(s.points, axis=0), axis=1).sum() for s in each) for each in (once, twice)]
+    assert lengths[1] == pytest.approx(lengths[0], rel=0.05)
 
 
 def bowl() -> Geometry:

@@ -7,7 +7,7 @@ occluders:
   explodes on faces seen at a grazing angle. Shells that touch or coincide are covered by the same rule.
 * A face of the same fold. Lines are found on the smooth surface that interpolated normals describe, but rays meet flat
   faces. Where that surface turns from the eye, about half of a contour lies on faces that look away and that their
-  neighbours hide. Such a neighbour is near, by the size of the face, turned the same way, and near the turn itself; and
+  neighbours hide. Such a neighbour is near, by the size of the face, turned alike, and near the turn itself; and
   the point would be seen when moved a few pixels aside, past the outline that its line belongs to. At a sharp rim, of
   an ear or a leaf, the neighbours of a contour's face may be turned any way, and its outline is farther.
 
@@ -34,7 +34,8 @@ ROUGHNESS = 2.0
 REACH = 3.0
 """Faces of the same fold are at most this many face sizes, along the line of sight, before the sample."""
 SAME_WAY = 0.5
-"""Faces of the same fold have normals with a cosine above this."""
+"""Faces of the same fold have normals with a cosine of at least this size; its sign tells how they are wound, and some
+files hold every face twice, once for each side."""
 GRACE_PIXELS = 0.75
 """A mesh edge that would be seen if it ran this far beside itself on the picture is part of an outline."""
 FOLD_PIXELS = 3.0
@@ -190,7 +191,7 @@ def _turned_alike(surface: Smooth, one: int, other: int) -> bool:
         ax, ay, az = ax + normals[a, 0], ay + normals[a, 1], az + normals[a, 2]
         bx, by, bz = bx + normals[b, 0], by + normals[b, 1], bz + normals[b, 2]
     squares = (ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz)
-    return bool(ax * bx + ay * by + az * bz > SAME_WAY * math.sqrt(squares))
+    return bool(abs(ax * bx + ay * by + az * bz) > SAME_WAY * math.sqrt(squares))
 
 
 @kernel
