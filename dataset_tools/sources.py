@@ -8,11 +8,11 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from urllib.parse import unquote
 
 from dataset_tools.manifest import file_checksum
 from dataset_tools.settings import UPWARD
 from ncmodel.errors import InputError
+from ncmodel.geometry.gltf import beside
 from ncmodel.geometry.mesh import SUFFIXES
 
 UP_COLUMNS = ("file", "up")
@@ -92,9 +92,10 @@ def _buffers(path: Path) -> Iterator[Path]:
         return
     try:
         uris = [str(buffer.get("uri", "")) for buffer in json.loads(path.read_bytes()).get("buffers", [])]
+        files = [beside(uri, path.parent) for uri in uris if uri and not uri.startswith("data:")]
     except (ValueError, AttributeError):
         return  # whoever reads it says what is wrong
-    yield from (path.parent / unquote(uri) for uri in uris if uri and not uri.startswith("data:"))
+    yield from files
 
 
 def _file_name(text: str) -> str:

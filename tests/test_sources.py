@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from dataset_tools.settings import BuildConfig
+from dataset_tools.manifest import file_checksum
 from dataset_tools.sources import content_checksum, find_sources, read_up_table
 from ncmodel.errors import InputError
 
@@ -34,6 +35,12 @@ def test_the_buffers_of_a_gltf_count_as_its_content(tmp_path: Path) -> None:
     before = content_checksum(tmp_path / "a.gltf")
     (tmp_path / "a.bin").write_bytes(b"two")
     assert len({before, content_checksum(tmp_path / "a.gltf"), ""}) == 3
+
+
+def test_the_buffers_of_a_gltf_lie_beside_it(tmp_path: Path) -> None:
+    """Whatever else one names isn't opened: /dev/zero would never end."""
+    (tmp_path / "a.gltf").write_text(json.dumps({"buffers": [{"uri": "/dev/zero"}]}))
+    assert content_checksum(tmp_path / "a.gltf") == file_checksum(tmp_path / "a.gltf")
 
 
 def test_shapes_are_named_after_their_paths(tmp_path: Path) -> None:

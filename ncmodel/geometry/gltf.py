@@ -143,7 +143,7 @@ class _Scene:
         view = self.root["bufferViews"][index]
         buffer, row = self._buffer(view["buffer"]), kind.itemsize * width
         first, stride = view.get("byteOffset", 0) + offset, view.get("byteStride", row)
-        if count < 0 or first < 0 or (count and first + stride * (count - 1) + row > len(buffer)):
+        if count < 0 or first < 0 or stride < row or (count and first + stride * (count - 1) + row > len(buffer)):
             raise ValueError(f"the data end after {len(buffer)} bytes")
         return np.ndarray((count, width), kind, buffer, first, (stride, kind.itemsize))
 
@@ -169,11 +169,23 @@ def _chunks(data: bytes) -> tuple[bytes, bytes]:
     return found.get(_BINARY, b""), found[_JSON]
 
 
+def beside(uri: str, folder: Path) -> Path:
+    """The file that a URI names: one in the mesh's folder, as a mesh from elsewhere has no business in other places.
+
+    Raises:
+        ValueError: It isn't there.
+    """
+    path = folder.joinpath(unquote(uri)).resolve()
+    if not path.is_relative_to(folder.resolve()) or (path.exists() and not path.is_file()):
+        raise ValueError(f"its buffer {uri!r} is no file in the folder of the mesh")
+    return path
+
+
 def _fetched(uri: str, folder: Path) -> bytes:
     """What a URI names: a file beside, or itself."""
     if not uri.startswith("data:"):
         try:
-            return folder.joinpath(unquote(uri)).read_bytes()
+            return beside(uri, folder).read_bytes()
         except OSError as error:
             raise ValueError(f"its buffer {uri!r} can't be read ({error.strerror})") from error
     head, _, content = uri.partition(",")
