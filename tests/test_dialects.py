@@ -1,12 +1,15 @@
 """Mesh files as programs really write them: legal or common, and unlike what the format's examples show."""
 
+import contextlib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from ncmodel.geometry.mesh import load_mesh
-from tests.test_mesh import as_obj, as_off, as_ply, tetrahedron
+from ncmodel.errors import MeshError
+from ncmodel.geometry.mesh import load_mesh, make_mesh, read_geometry
+from tests.test_gltf import INDICES, POSITIONS, as_glb, scene
+from tests.test_mesh import as_big_endian_ply, as_binary_ply, as_obj, as_off, as_ply, tetrahedron
 
 BOM = b"\xef\xbb\xbf"
 VERTICES, FACES = tetrahedron()
@@ -67,3 +70,38 @@ def test_a_file_of_any_dialect_is_the_same_tetrahedron(name: str, tmp_path: Path
     mesh = load_mesh(tmp_path / name)
     assert mesh.name == Path(name).stem
     np.testing.assert_allclose(mesh.vertices[mesh.faces], (CORNERS - [1, 0.5, 0.5]) / 2, atol=1e-7)
+
+
+def embedded() -> bytes:
+    return as_glb(scene(lambda record: record["buffers"][0].pop("uri")), POSITIONS + INDICES)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "content"),
+    [
+        (".obj", as_obj(VERTICES, FACES)),
+        (".obj", b"v 0 0 0\nv 2 0 0\nv 2 2 0\nv 1 .5 0\nv 0 2 0\nf 1 2 3 4 5\nf -1/1/1 -2//2 \\\n 3 2\n"),
+        (".ply", as_ply(VERTICES, FACES)),
+        (".ply", as_binary_ply(VERTICES, FACES)),
+        (".ply", as_big_endian_ply(VERTICES, FACES)),
+        (".off", as_off(VERTICES, FACES)),
+        (".stl", text_stl("a").encode()),
+        (".stl", binary_stl(b"solid")),
+        (".glb", embedded()),
+        (".xyz", b"0 0 0\n1 2 3\n"),
+    ],
+)
+def test_damaged_files_are_read_or_refused(suffix: str, content: bytes, tmp_path: Path) -> None:
+    """Bytes changed, cut out, put in, the end missing: never anything but a mesh or bad input."""
+    rng = np.random.default_rng(len(content))
+    strange = [b"-1", b" nan ", b" 1e999 ", b"\0\0", b" 99999999999999999999 ", b"\n", b"null", b"{}", b"f ", b"\\"]
+    path = tmp_path / f"damaged{suffix}"
+    for _ in range(300):
+        data = content
+        for _ in range(rng.integers(1, 4)):
+            at, length = int(rng.integers(len(data) + 1)), int(rng.integers(1, 20))
+            put = [b"", strange[rng.integers(len(strange))], rng.bytes(1), data[at : at + 2 * length]][rng.integers(4)]
+            data = data[:at] + put + (data[at + length :] if rng.random() < 0.9 else b"")
+        path.write_bytes(data)
+        with contextlib.suppress(MeshError):
+            make_mesh(*read_geometry(path))
