@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from dataset_tools.settings import BuildConfig
 from dataset_tools.manifest import file_checksum
+from dataset_tools.settings import BuildConfig
 from dataset_tools.sources import content_checksum, find_sources, read_up_table
 from ncmodel.errors import InputError
 
