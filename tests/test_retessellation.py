@@ -21,11 +21,11 @@ THRESHOLDS = Thresholds(suggestive=0.005, ridges=0.04, valleys=0.04, apparent=0.
 """Low enough that every family has lines on this surface."""
 
 LEAST_F1 = {
-    LineFamily.CONTOURS: 0.98,
-    LineFamily.SUGGESTIVE: 0.8,
-    LineFamily.RIDGES: 0.65,
-    LineFamily.VALLEYS: 0.75,
-    LineFamily.APPARENT: 0.75,
+    LineFamily.CONTOURS: 0.99,
+    LineFamily.SUGGESTIVE: 0.81,
+    LineFamily.RIDGES: 0.69,
+    LineFamily.VALLEYS: 0.77,
+    LineFamily.APPARENT: 0.765,
 }
 """Somewhat below what is measured at 40000 vertices, with one feature size."""
 OWN_SIZES = {**LEAST_F1, LineFamily.SUGGESTIVE: 0.78}
