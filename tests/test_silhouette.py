@@ -71,6 +71,14 @@ def test_nothing_in_sight_has_no_outline() -> None:
         assert len(missing_outlines(Surface(mesh), camera, (), 1.0)) == 0
 
 
+@pytest.mark.parametrize("size", [(1, 1), (4000, 2)])
+def test_tiny_pictures_are_not_cut_into_tinier_pieces(size: tuple[int, int]) -> None:
+    mesh = house()
+    square = Camera.orbit(mesh.vertices, 90.0, 5.0, size=(max(size), max(size)))
+    camera = Camera(square.eye, width=size[0], height=size[1], focal_pixels=square.focal_pixels)
+    assert len(missing_outlines(Surface(mesh), camera, (), 1.0)) < 20 + 10 * max(size)
+
+
 def test_it_costs_nothing_unless_creases_are_drawn() -> None:
     mesh = house()
     assert "missing_outlines" not in draw(mesh, lines=["contours"]).trace.seconds()

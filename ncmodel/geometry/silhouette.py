@@ -43,20 +43,19 @@ def missing_outlines(surface: Surface, camera: Camera, drawn: Sequence[Stroke], 
         sample_pixels: Distance along the picture of the points at which visibility is decided.
     """
     vertices, rings, scene = surface.mesh.vertices, surface.rings, surface.scene
-    near = NEAR_PIXELS * min(camera.width, camera.height) / DEFAULT_SIZE
+    pixel = max(min(camera.width, camera.height) / DEFAULT_SIZE, 1.0 / NEAR_PIXELS)
     turned = _turned(vertices, surface.faces, np.asarray(camera.eye, dtype=np.float64))
     start, end, face = _folds(rings.starts, rings.around, rings.face, turned)
     folds = Edges(np.stack([start, end], axis=1), face).lines(LineFamily.CONTOURS, vertices)
     if len(folds):
-        folds = visible_pieces(_pieces(folds, camera, near), camera, scene, None, sample_pixels)
+        folds = visible_pieces(_pieces(folds, camera, NEAR_PIXELS * pixel), camera, scene, None, sample_pixels)
     if len(folds):
-        step = _step(folds, surface, camera)
-        pixels = camera.project(folds.points)[..., :2]
-        missing = np.flatnonzero(_far(pixels, drawn, near, camera) & (step >= STEP))
+        pixels, step = camera.project(folds.points)[..., :2], _step(folds, surface, camera)
+        missing = np.flatnonzero(_far(pixels, drawn, NEAR_PIXELS * pixel, camera) & (step >= STEP))
         length = np.linalg.norm(pixels[missing, 1] - pixels[missing, 0], axis=1)
         length[np.isinf(step[missing])] = np.inf
         run = connected(folds.points[missing])
-        long = np.bincount(run, length)[run] >= near * SHORTEST_PIXELS / NEAR_PIXELS
+        long = np.bincount(run, length)[run] >= SHORTEST_PIXELS * pixel
         folds = folds.take(_with_neighbours(folds.points, missing[long]))
     return Segments(LineFamily.CONTOURS, folds.points, np.ones((len(folds), 2)), folds.face)
 
