@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ncmodel.camera import Camera
+from ncmodel.geometry.retraced import without_retraced
 from ncmodel.geometry.union_find import root
 from ncmodel.kernels import kernel
 from ncmodel.types import Floats, Ints, Mask, Segments, Stroke
@@ -224,10 +225,11 @@ def strokes(
     travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(pixels, axis=0), axis=1))])
     length = travelled[bounds[1:] - 1] - travelled[bounds[:-1]]
     drawn = (length >= max(shortest, DOT)) & ~_spurs(points, first, length < tolerance)
-    return tuple(
+    found = [
         Stroke(segments.family.value, pixels[bounds[c] : bounds[c + 1]], alpha[bounds[c] : bounds[c + 1]])
         for c in np.flatnonzero(drawn).tolist()
-    )
+    ]
+    return without_retraced(found, min(tolerance, TOLERANCE))
 
 
 def _spurs(points: Floats, first: Ints, short: Mask) -> Mask:
