@@ -61,7 +61,8 @@ def apparent_ridges(
 
 def facing_only(lines: LineSet, faces: Indices, n_dot_v: Floats) -> LineSet:
     """The segments on faces that have a corner turned to the eye."""
-    return lines.take(np.asarray((n_dot_v[faces[lines.face]] > 0.0).any(axis=1)))
+    facing = n_dot_v.take(faces.take(lines.face, axis=0)) > 0.0
+    return lines.take(facing[:, 0] | facing[:, 1] | facing[:, 2])
 
 
 @kernel
