@@ -63,8 +63,8 @@ def draw(
     """Draw a shape's lines.
 
     Args:
-        shape: A mesh file, whose seams are sewn and whose faces are turned outwards; a mesh, which
-            without a camera is normalised; or a surface whose computed quantities are to be reused.
+        shape: A mesh file, or a mesh, which without a camera is normalised as files are: its seams are sewn and its
+            faces turned outwards. Or a surface, which is drawn as it is and whose computed quantities are reused.
         camera: Where from; unless given, one at `azimuth` and `elevation` that has the shape in its frame.
         lines: Families to draw, such as ["contours", "suggestive"] or "contours,suggestive"; those whose threshold is
             None are left out. Without a model, `DEFAULT_FAMILIES` unless given; a model decides by itself unless given
@@ -185,15 +185,16 @@ def _surface(shape: "Mesh | Surface | str | Path", up: str, eye: tuple[float, fl
     if isinstance(shape, Surface):
         return shape
     from ncmodel.geometry.mesh import load_mesh, make_mesh
-
-    if isinstance(shape, Mesh):
-        placed = make_mesh(shape.vertices, shape.faces, shape.name, shape.notes)
-        return Surface(placed if eye is None else shape)
-    request.expect("shape", shape, (str, Path), "a file's path, a Surface or a Mesh, which make_mesh makes of arrays")
     from ncmodel.geometry.seams import sewn
     from ncmodel.geometry.winding import outward
 
     trace = Trace()
-    with timed(trace, "load"):
-        mesh = load_mesh(shape, up)
+    if isinstance(shape, Mesh):
+        placed = make_mesh(shape.vertices, shape.faces, shape.name, shape.notes)
+        mesh = placed if eye is None else shape
+    else:
+        expected = "a file's path, a Surface or a Mesh, which make_mesh makes of arrays"
+        request.expect("shape", shape, (str, Path), expected)
+        with timed(trace, "load"):
+            mesh = load_mesh(shape, up)
     return outward(sewn(Surface(mesh, trace)), eye)

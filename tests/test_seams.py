@@ -58,3 +58,14 @@ def test_drawings_of_files_show_no_seams(suffix: str, tmp_path: Path) -> None:
     assert {stroke.family for stroke in drawing.strokes} == {"contours"}
     assert "sewed" in drawing.notes[0]
     assert len(load_mesh(tmp_path / f"cut{suffix}").vertices) == len(cut.vertices)
+
+
+def test_a_mesh_is_drawn_as_its_file_is(tmp_path: Path) -> None:
+    vertices, faces = analytic.sphere()
+    cut = cut_at(vertices, faces[:, ::-1], np.flatnonzero(vertices[faces].mean(axis=1)[:, 2] > 0.1))
+    trimesh.Trimesh(cut.vertices, cut.faces, process=False).export(tmp_path / "cut.ply")
+    single = cut.vertices.astype(np.float32).astype(np.float64)  # as the file has them
+    of_file, of_mesh = draw(tmp_path / "cut.ply"), draw(Mesh(single, cut.faces, "cut"))
+    assert of_mesh.svg() == of_file.svg()
+    assert of_mesh.notes[-2:] == of_file.notes[-2:]
+    assert "outwards" in of_mesh.notes[-1]
