@@ -161,7 +161,6 @@ def _result(outcome: Outcome, summary: dict[str, Any]) -> list[Block]:
             _mean(view["evaluations"] for view in chosen),
         ),
         ("Seconds a view, drawing included", _mean(view["seconds"] for view in chosen)),
-        ("Thresholds with the least Chamfer distance on training views", _tuned(outcome.model["tuned"])),
     ]
     caption = (
         "Held-out drawings against those of the simulated artists, silhouettes removed; 95 % intervals over resampled "
@@ -171,6 +170,9 @@ def _result(outcome: Outcome, summary: dict[str, Any]) -> list[Block]:
         Text(SIMULATED, "warning"),
         Facts(facts),
         comparison_table(outcome.comparison, caption),
+        Text(
+            f"Thresholds with the least Chamfer distance on training views. {_tuned(outcome.model['tuned'])}.", "note"
+        ),
         difference_table(outcome.comparison, "NC-geometry", "f1", "Paired by drawing."),
     ]
 
@@ -204,7 +206,7 @@ def _held_out(out: Path, outcome: Outcome) -> list[Block]:
             )
             for method, score in reversed(scores.items())
         ]
-        blocks.append(Grid(tiles, f"{name}: {_choice(view)}", columns=6, max_side=384))
+        blocks.append(Grid(tiles, f"{name}: {_choice(view)}", columns=5, max_side=384))
     return blocks
 
 
