@@ -26,27 +26,39 @@ WIDER = 3.0
 
 def flat_faces(vertices: Floats, faces: Indices, rings: Rings) -> Mask:
     """(F,) True for the faces on flats."""
-    plane = _planes(vertices, faces, rings)
-    area, around = _extents(vertices, faces, rings, plane)
+    twin = _twins(rings)
+    plane = _planes(vertices, faces, rings, twin)
+    area, around = _extents(vertices, faces, rings, twin, plane)
     width = area / np.maximum(around, 1e-300)
-    shared, beside = _surroundings(vertices, faces, rings, plane, width)
+    shared, beside = _surroundings(vertices, rings, twin, plane, width)
     flat = (np.bincount(plane, minlength=len(faces)) > FACET) & (width * shared >= WIDER * beside)
     return np.asarray(flat[plane])
 
 
 @kernel
-def _planes(vertices: Floats, faces: Indices, rings: Rings) -> Ints:
-    """(F,) the lowest index of the faces that lie in one plane with a face, joined by their sides."""
-    starts, around, face = rings
-    plane = np.arange(len(faces))
-    arriving = np.full(len(vertices), -1)
-    for v in range(len(vertices)):
+def _twins(rings: Rings) -> Ints:
+    """(3 F,) the corner whose face has the side from a corner to the next one in the opposite direction, or -1."""
+    starts, around, _ = rings
+    twin = np.full(len(around), -1)
+    arriving = np.full(len(starts), -1)
+    for v in range(len(starts) - 1):
         for n in range(starts[v], starts[v + 1]):
             arriving[around[n, 1]] = n
         for n in range(starts[v], starts[v + 1]):
-            m = arriving[around[n, 0]]
-            if m >= starts[v] and around[n, 0] > v and _in_plane(vertices, faces, face[n], face[m]):
-                a, b = root(plane, face[n]), root(plane, face[m])
+            if arriving[around[n, 0]] >= starts[v]:
+                twin[n] = arriving[around[n, 0]]
+    return twin
+
+
+@kernel
+def _planes(vertices: Floats, faces: Indices, rings: Rings, twin: Ints) -> Ints:
+    """(F,) the lowest index of the faces that lie in one plane with a face, joined by their sides."""
+    starts, around, face = rings
+    plane = np.arange(len(faces))
+    for v in range(len(vertices)):
+        for n in range(starts[v], starts[v + 1]):
+            if twin[n] >= 0 and around[n, 0] > v and _in_plane(vertices, faces, face[n], face[twin[n]]):
+                a, b = root(plane, face[n]), root(plane, face[twin[n]])
                 plane[max(a, b)] = min(a, b)
     for f in range(len(faces)):
         plane[f] = root(plane, f)
@@ -54,39 +66,31 @@ def _planes(vertices: Floats, faces: Indices, rings: Rings) -> Ints:
 
 
 @kernel
-def _extents(vertices: Floats, faces: Indices, rings: Rings, plane: Ints) -> tuple[Floats, Floats]:
+def _extents(vertices: Floats, faces: Indices, rings: Rings, twin: Ints, plane: Ints) -> tuple[Floats, Floats]:
     """Twice the area of each plane (F,), by its number, and the length of the border around it (F,)."""
     starts, around, face = rings
     area, border = np.zeros(len(faces)), np.zeros(len(faces))
     for f in range(len(faces)):
         sides, _ = sides_of(vertices, faces[f, 0], faces[f, 1], faces[f, 2])
         area[plane[f]] += math.sqrt(sides[9] ** 2 + sides[10] ** 2 + sides[11] ** 2)
-    arriving = np.full(len(vertices), -1)
     for v in range(len(vertices)):
         for n in range(starts[v], starts[v + 1]):
-            arriving[around[n, 1]] = n
-        for n in range(starts[v], starts[v + 1]):
-            m = arriving[around[n, 0]]
-            if m < starts[v] or plane[face[m]] != plane[face[n]]:
+            if twin[n] < 0 or plane[face[twin[n]]] != plane[face[n]]:
                 border[plane[face[n]]] += _length(vertices, v, around[n, 0])
     return area, border
 
 
 @kernel
-def _surroundings(vertices: Floats, faces: Indices, rings: Rings, plane: Ints, width: Floats) -> tuple[Floats, Floats]:
+def _surroundings(vertices: Floats, rings: Rings, twin: Ints, plane: Ints, width: Floats) -> tuple[Floats, Floats]:
     """Length of each plane's border (F,) that it shares with others, and its integral of their widths (F,)."""
     starts, around, face = rings
-    shared, beside = np.zeros(len(faces)), np.zeros(len(faces))
-    arriving = np.full(len(vertices), -1)
+    shared, beside = np.zeros(len(plane)), np.zeros(len(plane))
     for v in range(len(vertices)):
         for n in range(starts[v], starts[v + 1]):
-            arriving[around[n, 1]] = n
-        for n in range(starts[v], starts[v + 1]):
-            m = arriving[around[n, 0]]
-            if m >= starts[v] and plane[face[m]] != plane[face[n]]:
+            if twin[n] >= 0 and plane[face[twin[n]]] != plane[face[n]]:
                 length = _length(vertices, v, around[n, 0])
                 shared[plane[face[n]]] += length
-                beside[plane[face[n]]] += length * width[plane[face[m]]]
+                beside[plane[face[n]]] += length * width[plane[face[twin[n]]]]
     return shared, beside
 
 
