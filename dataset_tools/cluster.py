@@ -5,6 +5,8 @@ them, or kills its process, fails with a reason, the others go on.
 """
 
 import os
+import socket
+import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import closing, contextmanager
@@ -113,8 +115,9 @@ class DaskRunner:
         import distributed
 
         try:
+            _await_listener(address, patience)
             self.client = distributed.Client(address, timeout=patience, set_as_default=False)
-        except (OSError, ValueError, TimeoutError) as error:
+        except (OSError, ValueError) as error:
             raise UsageError(f"--scheduler: no Dask scheduler answers at {address} ({error})") from error
 
     def run(self, function: Callable[[T], R], tasks: Sequence[T], limits: Limits) -> Iterator[Outcome[T, R]]:
@@ -138,6 +141,29 @@ class DaskRunner:
     def close(self) -> None:
         """Leave the cluster."""
         self.client.close()
+
+
+def _await_listener(address: str, patience: float) -> None:
+    """Return once something listens at an address.
+
+    A client that finds nobody there leaves a trap behind: its `__del__` takes a lock that the start of the next client
+    holds, and if it is collected just then, both wait for ever (`LoopRunner` of distributed 2026.8). So none is made.
+
+    Raises:
+        OSError: Nobody answers.
+        ValueError: It is no address.
+    """
+    from distributed.comm.addressing import get_address_host_port
+
+    deadline = time.monotonic() + patience
+    while True:
+        try:
+            socket.create_connection(get_address_host_port(address, strict=True), patience).close()
+            return
+        except OSError:
+            if time.monotonic() > deadline:
+                raise
+        time.sleep(0.1)
 
 
 @contextmanager
