@@ -198,3 +198,14 @@ def test_bad_output(mesh: Path, tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert {path.name for path in tmp_path.iterdir()} == {mesh.name}
     assert run(mesh, mesh, "-o", tmp_path / "f", "--format", "gif") == 2
     assert "--format: found 'gif'" in capsys.readouterr().err
+
+
+def test_many_meshes_keep_their_notes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    points = np.random.default_rng(0).normal(size=(400, 3))
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    for name in ("one", "two"):
+        np.savetxt(tmp_path / f"{name}.xyz", points)
+    meshes = [str(tmp_path / f"{name}.xyz") for name in ("one", "two")]
+    assert main(["draw", *meshes, "-o", str(tmp_path / "drawings"), "--size", "64"]) == 0
+    told = capsys.readouterr().err
+    assert all(f"{mesh}: reconstructed" in told for mesh in meshes)

@@ -5,6 +5,7 @@ import math
 import sys
 import time
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -138,10 +139,15 @@ def _draw_file(job: _Job, mesh: Path) -> None:
     from ncmodel.drawing import check_output
 
     check_output(job.output)
-    drawing, record = job.draw(mesh, job.output)
-    for note in drawing.notes:
-        sys.stderr.write(f"{mesh}: {note}\n")
+    _, record = job.draw(mesh, job.output)
+    _tell_notes([record])
     emit(record, job.as_json)
+
+
+def _tell_notes(records: Sequence[dict[str, Any]]) -> None:
+    for record in records:
+        for note in record["notes"]:
+            sys.stderr.write(f"{record['mesh']}: {note}\n")
 
 
 def _draw_folder(job: _Job, meshes: list[Path]) -> None:
@@ -168,6 +174,7 @@ def _draw_folder(job: _Job, meshes: list[Path]) -> None:
             advance(mesh.name)
     columns = max(1, math.ceil(math.sqrt(len(sheet))))
     write_png(job.output / CONTACT_SHEET, contact_sheet(sheet, columns, THUMBNAIL))
+    _tell_notes(records)
     emit({"drawings": records, "failed": failed, "contact_sheet": str(job.output / CONTACT_SHEET)}, job.as_json)
     if failed:
         reasons = "; ".join(failure["error"] for failure in failed)
