@@ -14,15 +14,15 @@ from typing import Any
 
 _EXPORTS = {
     "Camera": "ncmodel.camera:Camera",
-    "Drawing": "ncmodel.drawing:Drawing",
+    "Drawing": "ncmodel.drawing.drawing:Drawing",
     "LineFamily": "ncmodel.types:LineFamily",
     "Mesh": "ncmodel.types:Mesh",
     "Thresholds": "ncmodel.types:Thresholds",
     # Not `draw`: that is the module's name, and would mean one or the other by what was imported before.
-    "draw_shape": "ncmodel.draw:draw",
-    "load_mesh": "ncmodel.geometry.mesh:load_mesh",
-    "load_model": "ncmodel.model:load_model",
-    "make_mesh": "ncmodel.geometry.mesh:make_mesh",
+    "draw_shape": "ncmodel.drawing.draw:draw",
+    "load_mesh": "ncmodel.mesh.load:load_mesh",
+    "load_model": "ncmodel.model.predictor:load_model",
+    "make_mesh": "ncmodel.mesh.load:make_mesh",
 }
 
 

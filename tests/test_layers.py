@@ -1,105 +1,146 @@
-"""The layout shows the architecture, and imports go one way."""
+"""The layout shows the architecture, and imports go one way: between packages, between folders, between modules."""
 
 import ast
 import subprocess
 import sys
+import tomllib
+from collections.abc import Iterable, Mapping
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-PACKAGES = ("ncmodel", "dataset_tools", "mturk_templates", "eval")
+CHAIN = ("ncmodel", "dataset_tools", "eval")
+"""Each package may import those before it."""
+TEMPLATES = "mturk_templates"
 
-FORBIDDEN = {
-    # A module whose dotted name starts with the key never imports one that starts with a value.
-    "ncmodel": ("dataset_tools", "eval", "mturk_templates"),
-    "dataset_tools": ("eval", "ncmodel.cli"),
-    "eval": ("dataset_tools", "ncmodel.cli"),
-    "mturk_templates": ("ncmodel", "dataset_tools", "eval"),
-    "ncmodel.geometry": ("ncmodel.nets", "ncmodel.draw", "ncmodel.maps", "ncmodel.train", "ncmodel.model"),
-    "ncmodel.nets": ("ncmodel.geometry", "ncmodel.draw", "ncmodel.maps", "ncmodel.train", "ncmodel.model"),
-    "ncmodel.types": ("ncmodel.",),
-    "ncmodel.errors": ("ncmodel.",),
-}
-TOP_LAYER = "ncmodel.cli"
+FEWEST, MOST = 3, 14
+"""Modules in a folder."""
 
 
-def _modules() -> dict[str, Path]:
+def modules_below(root: Path) -> dict[str, Path]:
+    """Dotted name -> file of every module of the packages."""
     found = {}
-    for package in PACKAGES:
-        for path in sorted((ROOT / package).rglob("*.py")):
-            parts = path.relative_to(ROOT).with_suffix("").parts
+    for package in (*CHAIN, TEMPLATES):
+        for path in sorted((root / package).rglob("*.py")):
+            parts = path.relative_to(root).with_suffix("").parts
             found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
     return found
 
 
-def _imports(path: Path) -> set[str]:
-    names: set[str] = set()
+def imports_of(modules: Mapping[str, Path]) -> dict[str, set[str]]:
+    """Module -> the project's modules that it imports, anywhere in its text."""
+    return {module: set(_imported(path, modules)) - {module} for module, path in modules.items()}
+
+
+def _imported(path: Path, modules: Mapping[str, Path]) -> Iterable[str]:
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            names.update(alias.name for alias in node.names)
+            yield from (alias.name for alias in node.names if alias.name in modules)
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: relative imports hide the layer they reach"
-            assert node.module is not None
-            names.update(f"{node.module}.{alias.name}" for alias in node.names)
-    return names
+            for alias in node.names:
+                inner = f"{node.module}.{alias.name}"
+                if inner in modules or node.module in modules:
+                    yield inner if inner in modules else str(node.module)
 
 
-def _reaches(name: str, target: str) -> bool:
-    return name == target.rstrip(".") or name.startswith(target.rstrip(".") + ".")
+def upward(imports: Mapping[str, set[str]]) -> list[str]:
+    """Every import against the chain of packages."""
+    rank = {TEMPLATES: -1, **{package: n for n, package in enumerate(CHAIN)}}
+    return [
+        f"{module} imports {other}"
+        for module, others in imports.items()
+        for other in sorted(others)
+        if rank[_package(module)] < rank[_package(other)]
+    ]
 
 
-def violations(modules: dict[str, Path]) -> list[str]:
-    """Every import that goes the wrong way."""
-    wrong = []
+def folder_of(module: str, modules: Mapping[str, Path]) -> str:
+    """The folder that a module lies in; what lies at a package's top is a layer of its own."""
+    path = modules[module]
+    return module if path.name == "__init__.py" else module.rpartition(".")[0]
+
+
+def circle(graph: Mapping[str, set[str]]) -> list[str]:
+    """A circle of imports, or nothing."""
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []
+
+
+def folder_imports(modules: Mapping[str, Path]) -> dict[str, set[str]]:
+    """Folder -> the other folders that its modules import."""
+    graph: dict[str, set[str]] = {folder_of(module, modules): set() for module in modules}
+    for module, others in imports_of(modules).items():
+        graph[folder_of(module, modules)] |= {folder_of(other, modules) for other in others}
+    return {folder: others - {folder} for folder, others in graph.items()}
+
+
+def _package(module: str) -> str:
+    return module.partition(".")[0]
+
+
+def test_packages_form_a_chain() -> None:
+    modules = modules_below(ROOT)
+    assert len(modules) > 100
+    assert upward(imports_of(modules)) == []
+
+
+def test_folders_import_one_way() -> None:
+    assert circle(folder_imports(modules_below(ROOT))) == []
+
+
+def test_modules_import_one_way() -> None:
+    assert circle(imports_of(modules_below(ROOT))) == []
+
+
+def test_folders_are_ideas_of_a_few_modules() -> None:
+    modules = modules_below(ROOT)
+    sizes: dict[str, int] = {}
     for module, path in modules.items():
-        in_top = _reaches(module, TOP_LAYER)
-        for layer, targets in FORBIDDEN.items():
-            if not _reaches(module, layer) or in_top:
-                continue
-            wrong += [
-                f"{module} imports {name}" for name in _imports(path) for target in targets if _reaches(name, target)
-            ]
-        if not in_top:
-            wrong += [f"{module} imports {name}" for name in _imports(path) if _reaches(name, TOP_LAYER)]
-    return wrong
+        if path.name != "__init__.py":
+            sizes[folder_of(module, modules)] = sizes.get(folder_of(module, modules), 0) + 1
+    assert {folder: size for folder, size in sizes.items() if not FEWEST <= size <= MOST} == {}
 
 
-def test_imports_go_one_way() -> None:
-    modules = _modules()
-    assert len(modules) > 20
-    assert violations(modules) == []
+def _plant(root: Path, files: Mapping[str, str]) -> dict[str, Path]:
+    """A small project of these files, each folder a package."""
+    for name, text in files.items():
+        path = root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+        for folder in path.parents:
+            if folder == root:
+                break
+            (folder / "__init__.py").touch()
+    return modules_below(root)
 
 
-def test_the_check_can_fail(tmp_path: Path) -> None:
-    bad = tmp_path / "filters.py"
-    bad.write_text("from dataset_tools.store import Store\n", encoding="utf-8")
-    assert violations({"ncmodel.filters": bad}) == ["ncmodel.filters imports dataset_tools.store.Store"]
+def test_an_upward_import_is_found(tmp_path: Path) -> None:
+    store = {"dataset_tools/build/store.py": "class Store: ...\n"}
+    hidden = "def draw():\n    from dataset_tools.build.store import Store\n"
+    for text in ("from dataset_tools.build.store import Store\n", "import dataset_tools.build.store\n", hidden):
+        planted = _plant(tmp_path, {**store, "ncmodel/cli/draw.py": text})
+        assert upward(imports_of(planted)) == ["ncmodel.cli.draw imports dataset_tools.build.store"]
+    planted = _plant(tmp_path, {**store, "ncmodel/cli/draw.py": "from dataset_tools.build import store\n"})
+    assert upward(imports_of(planted)) == ["ncmodel.cli.draw imports dataset_tools.build.store"]
 
 
-def test_no_import_cycles() -> None:
-    modules = _modules()
-    edges = {
-        module: {
-            other
-            for name in _imports(path)
-            for other in (name, name.rpartition(".")[0])
-            if other in modules and other != module
-        }
-        for module, path in modules.items()
-    }
-    finished: set[str] = set()
-    for start in edges:
-        _walk(start, edges, (), finished)
-
-
-def _walk(module: str, edges: dict[str, set[str]], path: tuple[str, ...], finished: set[str]) -> None:
-    assert module not in path, f"import cycle: {' -> '.join([*path, module])}"
-    if module in finished:
-        return
-    for other in edges[module]:
-        _walk(other, edges, (*path, module), finished)
-    finished.add(module)
+def test_a_circle_of_folders_is_found(tmp_path: Path) -> None:
+    planted = _plant(
+        tmp_path,
+        {
+            "ncmodel/mesh/load.py": "from ncmodel.drawing.strokes import weld\n",
+            "ncmodel/mesh/weld.py": "",
+            "ncmodel/drawing/strokes.py": "from ncmodel.mesh import weld\n",
+        },
+    )
+    assert circle(imports_of(planted)) == []
+    assert set(circle(folder_imports(planted))) == {"ncmodel.mesh", "ncmodel.drawing"}
 
 
 @pytest.mark.parametrize(
@@ -107,8 +148,8 @@ def _walk(module: str, edges: dict[str, set[str]], path: tuple[str, ...], finish
     [
         ("import ncmodel", ("torch", "numba", "pymeshlab", "matplotlib", "pandas")),
         ("import ncmodel.cli.main", ("torch", "numba", "pymeshlab", "matplotlib", "pandas", "trimesh", "distributed")),
-        ("import ncmodel.draw", ("torch", "pymeshlab", "matplotlib", "pandas")),
-        ("import ncmodel.geometry.view", ("torch", "pymeshlab", "matplotlib", "pandas")),
+        ("import ncmodel.drawing.draw", ("torch", "pymeshlab", "matplotlib", "pandas")),
+        ("import ncmodel.scene.view", ("torch", "pymeshlab", "matplotlib", "pandas")),
     ],
 )
 def test_heavy_packages_wait_until_they_are_needed(statement: str, heavy: tuple[str, ...]) -> None:
@@ -118,16 +159,14 @@ def test_heavy_packages_wait_until_they_are_needed(statement: str, heavy: tuple[
 
 
 def test_every_package_and_template_is_installed() -> None:
-    import tomllib
-
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
-    packages = {
-        ".".join(path.parent.relative_to(ROOT).parts)
-        for name in PACKAGES
-        for path in ROOT.glob(f"{name}/**/__init__.py")
+    assert set(settings["packages"]["find"]["include"]) == {f"{name}*" for name in (*CHAIN, TEMPLATES)}
+    modules = modules_below(ROOT)
+    assert {path.parent for path in modules.values()} == {
+        path.parent for path in modules.values() if path.name == "__init__.py"
     }
-    assert set(settings["packages"]) == packages
-    data = {path for name in PACKAGES for path in (ROOT / name).rglob("*") if path.suffix in {".j2", ".css", ".js"}}
+    named = (*CHAIN, TEMPLATES)
+    data = {path for name in named for path in (ROOT / name).rglob("*") if path.suffix in {".j2", ".css", ".js"}}
     listed = {
         path
         for package, patterns in settings["package-data"].items()

@@ -1,1 +1,1 @@
-"""The methods that drawings are compared with, one file a method."""
+"""The methods that drawings are compared with, one file each."""

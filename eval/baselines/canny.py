@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from eval.evaluation import Target
-from eval.metrics import chamfer_distance
-from ncmodel.geometry.view import View
+from eval.measures.evaluation import Target
+from eval.measures.metrics import chamfer_distance
+from ncmodel.scene.view import View
 from ncmodel.types import Image
 
 GRADIENT_UNIT = 8192.0

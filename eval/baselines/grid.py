@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from eval.baselines.rtsc import ALWAYS, AR, RV, SC, RtscSettings, layer
-from eval.evaluation import Target
-from eval.metrics import Lines
-from ncmodel.geometry.view import View
+from eval.measures.evaluation import Target
+from eval.measures.metrics import Lines
+from ncmodel.scene.view import View
 from ncmodel.types import Floats, Image, LineFamily, Mask, Thresholds
 
 GROUPS = (SC, RV, AR)

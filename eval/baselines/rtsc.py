@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ncmodel.fade import fade
-from ncmodel.geometry.view import View
-from ncmodel.raster import draw_segments
+from ncmodel.drawing.thresholding import fade
+from ncmodel.export.rasterize import draw_segments
+from ncmodel.scene.view import View
 from ncmodel.types import Image, LineFamily, Thresholds
 
 WIDTH = 2.5 / 768

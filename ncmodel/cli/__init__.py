@@ -1,1 +1,1 @@
-"""The command line: the top layer, which imports everything and which nothing imports."""
+"""The `ncontours` command, and the commands of this package."""

@@ -18,18 +18,13 @@ from ncmodel.types import FILTERED_FAMILIES, LineFamily
 
 if TYPE_CHECKING:
     from ncmodel.camera import Camera
-    from ncmodel.drawing import Drawing
+    from ncmodel.drawing.drawing import Drawing
 
 CONTACT_SHEET = "contact-sheet.png"
 THUMBNAIL = 256
 """Longest side of a drawing on the contact sheet, pixels."""
 THUMBNAIL_WIDTH = 4.0
 """Line width, at 768, of drawings that are to be scaled down: thinner lines would turn grey."""
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command to the application."""
-    app.command()(draw)
 
 
 def draw(
@@ -118,14 +113,14 @@ class _Job:
     options: dict[str, Any]
 
     def __post_init__(self) -> None:
-        from ncmodel.export import Picture
+        from ncmodel.export.page import Picture
 
         Picture(1, 1, (), self.style["width"], self.style["background"])
 
     def draw(self, mesh: Path, output: Path) -> tuple["Drawing", dict[str, Any]]:
         """Draw one mesh to a file; the drawing, and its record for `--json`."""
-        from ncmodel.draw import draw as draw_shape
-        from ncmodel.stages import timed
+        from ncmodel.drawing.draw import draw as draw_shape
+        from ncmodel.tracing import timed
 
         begin = time.perf_counter()
         drawing = draw_shape(mesh, self.camera, **self.options)
@@ -136,7 +131,7 @@ class _Job:
 
 
 def _draw_file(job: _Job, mesh: Path) -> None:
-    from ncmodel.drawing import check_output
+    from ncmodel.drawing.drawing import check_output
 
     check_output(job.output)
     _, record = job.draw(mesh, job.output)
@@ -152,8 +147,9 @@ def _tell_notes(records: Sequence[dict[str, Any]]) -> None:
 
 def _draw_folder(job: _Job, meshes: list[Path]) -> None:
     """Every mesh to a file of its name, and all of them on a contact sheet; failures are told at the end."""
-    from ncmodel.drawing import SUFFIXES
-    from ncmodel.pictures import Tile, contact_sheet, from_ink, shrink, write_png
+    from ncmodel.drawing.drawing import SUFFIXES
+    from ncmodel.images import from_ink, shrink, write_png
+    from ncmodel.report.contact_sheet import Tile, contact_sheet
 
     if f".{job.suffix}" not in SUFFIXES:
         raise UsageError(f"--format: found {job.suffix!r}, expected svg, png or pdf")
@@ -194,7 +190,7 @@ def _camera(path: Path | None, azimuth: float | None, elevation: float | None, s
 
 def _what(lines: str | None, thresholds: str | None) -> dict[str, Any]:
     """The families and thresholds asked for; a family that is given a threshold is drawn unless --lines says not."""
-    from ncmodel.drawing import DEFAULT_FAMILIES
+    from ncmodel.drawing.drawing import DEFAULT_FAMILIES
     from ncmodel.types import Thresholds
 
     families = None if lines is None else parse_families(lines)
@@ -212,7 +208,7 @@ def _model(path: Path) -> Any:
     if not path.is_file():
         # Told without the seconds that it takes to import the networks.
         raise InputError(path, "no such file", "a checkpoint")
-    from ncmodel.model import load_model
+    from ncmodel.model.predictor import load_model
 
     return load_model(path)
 

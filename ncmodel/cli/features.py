@@ -25,11 +25,6 @@ import typer
 from ncmodel.cli.common import emit
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command to the application."""
-    app.command()(features)
-
-
 def features(
     mesh: Annotated[Path, typer.Argument(help="Mesh file: obj, ply, stl, off, gltf or glb.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="The .npz file to write.")],
@@ -43,10 +38,10 @@ def features(
     from ncmodel.camera import Camera
     from ncmodel.errors import UsageError
     from ncmodel.files import atomic
-    from ncmodel.geometry.features import features as features_of
-    from ncmodel.geometry.mesh import load_mesh
-    from ncmodel.geometry.surface import Surface
-    from ncmodel.geometry.view import View
+    from ncmodel.mesh.load import load_mesh
+    from ncmodel.scene.feature_arrays import features as features_of
+    from ncmodel.scene.surface import Surface
+    from ncmodel.scene.view import View
     from ncmodel.types import LineFamily
 
     if output.suffix != ".npz":

@@ -1,36 +1,98 @@
-"""The `ncontours` command: one Typer application, a thin file a group, errors as one line and an exit status."""
+"""The `ncontours` command: commands found through entry points, errors as one line and an exit status.
+
+Any installed package may add a command: an entry point in the group `ncontours.commands` names a function with
+Typer's annotations, or a `typer.Typer` for a group of commands. A command's module is loaded when it is called.
+"""
 
 import os
 import sys
 from collections.abc import Sequence
+from functools import cached_property
+from importlib.metadata import EntryPoint, PackageNotFoundError, distribution, entry_points
+from typing import Any
 
 import typer
+from typer.core import TyperGroup
 from typer.exceptions import TyperException
 
-from ncmodel.cli import bench, crowd, dataset, demo, draw, evaluate, features, train
-from ncmodel.errors import BatchError, NeuralContoursError
+from ncmodel.errors import BatchError, NeuralContoursError, UsageError
+
+DISTRIBUTION = "neural-contours"
+GROUP = "ncontours.commands"
+_SETTINGS = {"help_option_names": ["-h", "--help"]}
+
+
+class Commands(TyperGroup):
+    """The commands of all installed packages; our own come first and can't be replaced."""
+
+    @cached_property
+    def own(self) -> dict[str, EntryPoint]:
+        """Name -> entry point of this distribution's commands: cheap to find, unlike everybody's."""
+        try:
+            points = distribution(DISTRIBUTION).entry_points
+        except PackageNotFoundError:
+            raise UsageError(f"{DISTRIBUTION} isn't installed, so its commands aren't known: pip install .") from None
+        return {point.name: point for point in points.select(group=GROUP)}
+
+    @cached_property
+    def everybodys(self) -> dict[str, EntryPoint]:
+        """Name -> entry point of all commands."""
+        others = {point.name: point for point in sorted(entry_points(group=GROUP), key=lambda point: point.value)}
+        return {**self.own, **{name: point for name, point in others.items() if name not in self.own}}
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """The names of all commands."""
+        return list(self.everybodys)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """The command of that name, its module loaded; None if there is none."""
+        point = self.own.get(cmd_name) or self.everybodys.get(cmd_name)
+        return None if point is None else _load(point)
+
+
+def _load(point: EntryPoint) -> Any:
+    """The command that an entry point names; of one that can't be loaded, a command that says so."""
+    try:
+        found = point.load()
+    except Exception as error:  # a stranger's module may raise anything
+        reason = f"{point.name}: can't be loaded from {point.value} ({type(error).__name__}: {error})"
+
+        def found() -> None:
+            raise UsageError(reason)
+
+        found.__doc__ = reason
+    holder = typer.Typer(add_completion=False, context_settings=_SETTINGS)
+    if isinstance(found, typer.Typer):
+        holder.add_typer(found, name=point.name)
+    else:
+        holder.command(point.name)(found)
+        # Without a callback, an application with one command would take its name for an argument.
+        holder.callback()(lambda: None)
+    return typer.main.get_group(holder).commands[point.name]
+
 
 app = typer.Typer(
+    cls=Commands,
     help="Learned line drawings of 3D shapes.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings=_SETTINGS,
 )
-draw.register(app)
-features.register(app)
-dataset.register(app)
-evaluate.register(app)
-crowd.register(app)
-train.register(app)
-demo.register(app)
-bench.register(app)
+
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        sys.stdout.write(f"ncontours {version(DISTRIBUTION)}\n")
+        raise typer.Exit
 
 
 @app.callback()
-def _root() -> None:
+def _root(
+    version: bool = typer.Option(False, "--version", callback=_show_version, is_eager=True, help="Show the version."),
+) -> None:
     """Learned line drawings of 3D shapes."""
-    # Without a callback, an application with one command would take its name for an argument.
 
 
 def run(argv: Sequence[str] | None = None) -> int:

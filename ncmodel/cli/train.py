@@ -20,11 +20,6 @@ Device = Annotated[str, typer.Option(help="Where to compute: cpu, cuda, ...")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print what was done as JSON.")]
 
 
-def register(app: typer.Typer) -> None:
-    """Add the command to the application."""
-    app.command("train")(train)
-
-
 def train(
     data: Data,
     pairs: Pairs,
@@ -39,9 +34,9 @@ def train(
     as_json: AsJson = False,
 ) -> None:
     """Train the ranking module and the image translation branch."""
-    from ncmodel.fit import STAGES
     from ncmodel.nets.presets import preset_named
-    from ncmodel.train import TrainOptions, run_training
+    from ncmodel.training.loop import STAGES
+    from ncmodel.training.train import TrainOptions, run_training
 
     options = TrainOptions(STAGES if stage == "all" else (stage,), epochs, seconds, seed, restart, device)
     report = run_training(data, pairs, output, preset_named(preset), options, progress).to_record()

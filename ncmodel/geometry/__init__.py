@@ -1,1 +1,1 @@
-"""Lines of a mesh: curvature, zero sets, visibility, buffers."""
+"""Differential quantities of triangle meshes, rays and pixels: arrays in, arrays out."""

@@ -13,8 +13,8 @@ import math
 
 import numpy as np
 
-from ncmodel.geometry.areas import Indices, Sides, check_columns, corner_areas, sides_of
-from ncmodel.kernels import kernel
+from ncmodel.geometry.normals_areas import Indices, Sides, check_columns, corner_areas, sides_of
+from ncmodel.jit import kernel
 from ncmodel.types import Floats
 
 Frame = tuple[float, ...]

@@ -5,7 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
-from ncmodel.kernels import kernel
+from ncmodel.jit import kernel
 from ncmodel.types import Floats
 
 SAMPLES = 500

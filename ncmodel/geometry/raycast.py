@@ -18,8 +18,8 @@ from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
 from ncmodel.camera import Camera
-from ncmodel.geometry.areas import Indices
-from ncmodel.kernels import kernel
+from ncmodel.geometry.normals_areas import Indices
+from ncmodel.jit import kernel
 from ncmodel.types import Floats, Ints, Mesh, ViewBuffers
 
 CHUNK = 1 << 18

@@ -14,9 +14,9 @@ import math
 
 import numpy as np
 
-from ncmodel.geometry.areas import Indices, check_columns, sides_of
-from ncmodel.geometry.rings import Offsets
-from ncmodel.kernels import kernel
+from ncmodel.geometry.adjacency import Offsets
+from ncmodel.geometry.normals_areas import Indices, check_columns, sides_of
+from ncmodel.jit import kernel
 from ncmodel.types import Floats
 
 GRAZING = 1e-8

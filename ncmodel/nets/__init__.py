@@ -1,1 +1,1 @@
-"""The networks: image translation branch, neural ranking module, losses, checkpoints."""
+"""The networks, their losses, presets and checkpoints."""

@@ -1,0 +1,212 @@
+"""Running one function on many tasks: in this process, in processes of this machine, or on a Dask cluster.
+
+All three yield results as they come, in any order. The last two run every task apart, under limits: one that goes over
+them, or kills its process, fails with a reason, the others go on.
+"""
+
+import os
+import socket
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from queue import Empty, SimpleQueue
+from typing import Any, Generic, Protocol, TypeVar
+
+from dataset_tools.build.worker_process import Apart, Limits, Lost
+from ncmodel.errors import UsageError
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+
+@dataclass(frozen=True)
+class Outcome(Generic[T, R]):
+    """What became of one task.
+
+    Attributes:
+        task: The task.
+        result: What the function returned; None when it was lost.
+        reason: Why there is no result.
+    """
+
+    task: T
+    result: R | None
+    reason: str = ""
+
+
+class Runner(Protocol):
+    """Runs a function on tasks."""
+
+    def run(self, function: Callable[[T], R], tasks: Sequence[T], limits: Limits) -> Iterator[Outcome[T, R]]:
+        """Yield the outcomes as they come. Errors that the function raises are raised here and stop the run."""
+        ...
+
+
+class HereRunner:
+    """One task after the other in this process, without limits."""
+
+    def run(self, function: Callable[[T], R], tasks: Sequence[T], limits: Limits) -> Iterator[Outcome[T, R]]:
+        """See `Runner.run`."""
+        for task in tasks:
+            yield Outcome(task, function(task))
+
+
+class PoolRunner:
+    """Worker processes on this machine, one thread each; they stay for the next run, until `close`.
+
+    Args:
+        workers: Number of processes.
+    """
+
+    def __init__(self, workers: int) -> None:
+        if workers < 1:
+            raise UsageError(f"--workers: found {workers}, expected at least 1")
+        self.workers = workers
+        self._aparts: list[Apart] = []
+
+    def run(self, function: Callable[[T], R], tasks: Sequence[T], limits: Limits) -> Iterator[Outcome[T, R]]:
+        """See `Runner.run`."""
+        self._aparts += [Apart() for _ in range(min(self.workers, len(tasks)) - len(self._aparts))]
+        idle: SimpleQueue[Apart] = SimpleQueue()
+        for apart in self._aparts:
+            idle.put(apart)
+
+        def attempt(task: T) -> Outcome[T, R]:
+            apart = idle.get()
+            try:
+                return _outcome(apart, function, task, limits)
+            finally:
+                idle.put(apart)
+
+        threads = ThreadPoolExecutor(self.workers)  # they only wait for the processes
+        try:
+            for future in as_completed([threads.submit(attempt, task) for task in tasks]):
+                yield future.result()
+        except BaseException:
+            threads.shutdown(wait=False, cancel_futures=True)
+            for apart in self._aparts:
+                apart.end()
+            threads.shutdown(wait=True)
+            self.close()
+            raise
+        threads.shutdown()
+
+    def close(self) -> None:
+        """End the processes."""
+        for apart in self._aparts:
+            apart.close()
+        self._aparts = []
+
+
+class DaskRunner:
+    """A Dask cluster. Its workers need this project installed and the data folder under the same path.
+
+    Args:
+        address: The scheduler's, as "tcp://HOST:PORT".
+        patience: Seconds to wait for it.
+
+    Raises:
+        UsageError: No scheduler answers there.
+    """
+
+    def __init__(self, address: str, patience: float = 10.0) -> None:
+        import distributed
+
+        try:
+            _await_listener(address, patience)
+            self.client = distributed.Client(address, timeout=patience, set_as_default=False)
+        except (OSError, ValueError) as error:
+            raise UsageError(f"--scheduler: no Dask scheduler answers at {address} ({error})") from error
+
+    def run(self, function: Callable[[T], R], tasks: Sequence[T], limits: Limits) -> Iterator[Outcome[T, R]]:
+        """See `Runner.run`."""
+        import distributed
+
+        futures: dict[Any, T] = {
+            self.client.submit(_run_in_worker, function, task, limits, pure=False): task for task in tasks
+        }
+        try:
+            for future in distributed.as_completed(list(futures), loop=self.client.loop):
+                task = futures.pop(future)
+                try:
+                    yield future.result()
+                except distributed.KilledWorker as error:
+                    yield Outcome(task, None, f"its worker died ({error})")
+                future.release()
+        finally:
+            self.client.cancel(list(futures))
+
+    def close(self) -> None:
+        """Leave the cluster."""
+        self.client.close()
+
+
+def _await_listener(address: str, patience: float) -> None:
+    """Return once something listens at an address.
+
+    A client that finds nobody there leaves a trap behind: its `__del__` takes a lock that the start of the next client
+    holds, and if it is collected just then, both wait for ever (`LoopRunner` of distributed 2026.8). So none is made.
+
+    Raises:
+        OSError: Nobody answers.
+        ValueError: It is no address.
+    """
+    from distributed.comm.addressing import get_address_host_port
+
+    deadline = time.monotonic() + patience
+    while True:
+        try:
+            socket.create_connection(get_address_host_port(address, strict=True), patience).close()
+            return
+        except OSError:
+            if time.monotonic() > deadline:
+                raise
+        time.sleep(0.1)
+
+
+@contextmanager
+def runner_for(workers: int, scheduler: str | None = None) -> Iterator[Runner]:
+    """The runner that fits the options.
+
+    Args:
+        workers: Processes on this machine; 0 works in this process, without limits.
+        scheduler: Address of a Dask scheduler; replaces the workers.
+
+    Raises:
+        UsageError: No scheduler answers, or `workers` is negative.
+    """
+    if scheduler is None and workers == 0:
+        yield HereRunner()
+        return
+    with closing(PoolRunner(workers) if scheduler is None else DaskRunner(scheduler)) as runner:
+        yield runner
+
+
+_idle_in_worker: SimpleQueue[Apart] = SimpleQueue()
+"""Of a Dask worker: one for each of its threads. They end with it."""
+
+
+def _run_in_worker(function: Callable[[T], R], task: T, limits: Limits) -> Outcome[T, R]:
+    """Run a task apart from the Dask worker that was given it."""
+    try:
+        apart = _idle_in_worker.get_nowait()
+    except Empty:
+        apart = Apart()
+    try:
+        return _outcome(apart, function, task, limits)
+    finally:
+        _idle_in_worker.put(apart)
+
+
+def _outcome(apart: Apart, function: Callable[[T], R], task: T, limits: Limits) -> Outcome[T, R]:
+    try:
+        return Outcome(task, apart.call(function, task, limits))
+    except Lost as error:
+        return Outcome(task, None, str(error))
+
+
+def core_count() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0))

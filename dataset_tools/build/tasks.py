@@ -1,0 +1,187 @@
+"""The work of a build that runs in its workers: cleaning one shape, making the views of one shape."""
+
+import json
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dataset_tools.candidates.candidates import draw_candidates
+from dataset_tools.candidates.chamfer_matrix import chamfer_matrix
+from dataset_tools.cleaning.repair import CleanSettings, clean_file
+from dataset_tools.cleaning.shape_distance import invariants
+from ncmodel.mesh.ply import ply_bytes
+from dataset_tools.build.encoding import npz
+from ncmodel.images import png_ink, png_map, png_shaded
+from dataset_tools.candidates.renders import shaded_picture
+from dataset_tools.candidates.k_medoids import select
+from dataset_tools.build.config import BuildConfig
+from dataset_tools.build.store import Store, ViewStatus
+from dataset_tools.candidates.viewpoints import camera_at, choose_azimuths
+from ncmodel.camera import Camera
+from ncmodel.errors import InputError
+from ncmodel.mesh.load import load_mesh
+from ncmodel.scene.surface import Surface
+from ncmodel.scene.view import View
+from ncmodel.tracing import timed
+from ncmodel.types import Mesh
+
+
+@dataclass(frozen=True)
+class CleanTask:
+    """One shape to clean.
+
+    Attributes:
+        root: The data folder.
+        source: The mesh file.
+        sha256: Of its content, by which a file that was changed is told.
+        name: The shape's name.
+        up: The file's upward axis.
+        min_faces: Shapes with fewer are skipped.
+        settings: Tolerances.
+    """
+
+    root: str
+    source: str
+    sha256: str
+    name: str
+    up: str
+    min_faces: int
+    settings: CleanSettings
+
+
+@dataclass(frozen=True)
+class ShapeTask:
+    """The views of one shape that are to be made."""
+
+    root: str
+    name: str
+    views: tuple[int, ...]
+    config: BuildConfig
+
+
+def clean_shape(task: CleanTask) -> bool:
+    """Clean one shape into the data folder."""
+    store = Store(task.root)
+    store.write_folder(store.shape_folder(task.name), clean_files(task), task.sha256)
+    return True
+
+
+def clean_files(task: CleanTask) -> dict[str, bytes]:
+    """Clean a shape.
+
+    Returns:
+        The files of the shape's folder: `clean.json`, whose "status" is "done", "failed" or "skipped" with a
+        "reason", and where it is done the mesh.
+    """
+    try:
+        mesh, report = clean_file(task.source, task.up, task.settings)
+    except InputError as error:
+        return failed_files(task, f"{error.found}; expected {error.expected}")  # wherever the file lies, the same words
+    except OSError as error:
+        return failed_files(task, f"can't be read ({error.strerror})")
+    if report.resolution < task.min_faces:
+        reason = f"low resolution: {report.resolution} faces, expected at least {task.min_faces}"
+        return {"clean.json": _record(task, "skipped", reason, **report.to_record())}
+    moments = [float(f"{moment:.6g}") for moment in invariants(mesh)]
+    record = _record(task, "done", "", **report.to_record(), invariants=moments)
+    return {"clean.json": record, "mesh.ply": ply_bytes(mesh)}
+
+
+def failed_files(task: CleanTask, reason: str) -> dict[str, bytes]:
+    """The files of a shape that can't be made."""
+    return {"clean.json": _record(task, "failed", reason)}
+
+
+def _record(task: CleanTask, status: str, reason: str, **more: Any) -> bytes:
+    source = {"source": Path(task.source).name, "sha256": task.sha256, "up": task.up}
+    settings = {name: getattr(task.settings, name) for name in ("weld", "snap", "remove_hidden", "support")}
+    record = {"status": status, "reason": reason, **source, **more, "settings": settings}
+    return (json.dumps(record, indent=1) + "\n").encode()
+
+
+def make_views(task: ShapeTask) -> list[ViewStatus]:
+    """Make views of one shape; what depends on the shape alone is computed once."""
+    store = Store(task.root)
+    mesh = store.mesh_checksum(task.name)
+    surface: Surface | None = None
+    outcomes = []
+    for view in task.views:
+        begin = time.perf_counter()
+        try:
+            if surface is None:
+                surface = Surface(load_shape(store, task.name))
+            files = view_files(surface, view, task.config)
+        except MemoryError:
+            raise  # the limit's; whoever set it says so
+        except Exception as error:  # whatever a strange shape makes the numbers do, the others go on
+            outcomes.append(ViewStatus(task.name, view, "failed", f"{type(error).__name__}: {error}"))
+            continue
+        store.write_folder(store.view_folder(task.name, view), files, mesh)
+        outcomes.append(ViewStatus(task.name, view, "done", "", time.perf_counter() - begin))
+    return outcomes
+
+
+def load_shape(store: Store, name: str) -> Mesh:
+    """The cleaned mesh of a shape, under the shape's name.
+
+    Raises:
+        MeshError: There is none.
+    """
+    return replace(load_mesh(store.shape_folder(name) / "mesh.ply"), name=name)
+
+
+def load_view(folder: Path, size: tuple[int, int] | None = None) -> View:
+    """A view of a data folder, ready to be drawn.
+
+    Args:
+        folder: DATA_DIR/views/SHAPE_VIEW.
+        size: (width, height) to see it at; its own by default.
+
+    Raises:
+        InputError: It isn't such a folder.
+    """
+    shape, _, number = folder.resolve().name.rpartition("_")
+    if not shape or not number.isdigit():
+        raise InputError(folder, "a name that isn't SHAPE_VIEW", "a folder DATA_DIR/views/SHAPE_VIEW")
+    camera = Camera.load(folder / "camera.json")
+    mesh = load_shape(Store(folder.resolve().parents[1]), shape)
+    return View(Surface(mesh), camera.resized(*size) if size else camera)
+
+
+def view_files(surface: Surface, number: int, config: BuildConfig) -> dict[str, bytes]:
+    """All files of a view's folder.
+
+    Args:
+        surface: The shape.
+        number: Which of its views.
+        config: The settings.
+    """
+    azimuth = choose_azimuths(surface.mesh.name, number + 1, config.seed)[number]
+    camera = camera_at(surface.mesh, azimuth, (config.width, config.height))
+    view = View(surface, camera)
+    candidates = draw_candidates(view, config.levels)
+    with timed(view.trace, "chamfer"):
+        distances = chamfer_matrix(candidates.masks, candidates.members)
+    with timed(view.trace, "select"):
+        selection = select(distances, seed=config.seed)
+    files = {"camera.json": (camera.to_json() + "\n").encode()}
+    with timed(view.trace, "encode maps"):
+        files["depth.png"] = png_map(view.depth)
+        files |= {f"shaded_{level}.png": png_map(image) for level, image in enumerate(view.shaded)}
+    with timed(view.trace, "encode candidates"):
+        shape = np.array([len(candidates.specs), config.height, config.width])
+        files["candidates.npz"] = npz(ink=candidates.packed(), shape=shape)
+        specs = [spec.to_record(index) for index, spec in enumerate(candidates.specs)]
+        files["candidates.json"] = (json.dumps(specs) + "\n").encode()
+        files["selection.json"] = (json.dumps(selection.to_record()) + "\n").encode()
+    with timed(view.trace, "encode drawings"):
+        for place, index in enumerate(selection.medoids.tolist()):
+            files[f"drawings/{place}.png"] = png_ink(candidates.drawing(index))
+    with timed(view.trace, "renders"):
+        for place, aside in enumerate(config.render_azimuths):
+            turned = camera_at(surface.mesh, azimuth + aside, config.render_shape)
+            files[f"renders/{place}.png"] = png_shaded(shaded_picture(surface, turned))
+    return files

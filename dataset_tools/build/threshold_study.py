@@ -1,0 +1,97 @@
+"""What the candidates' levels do on real views: how much of the lines each one keeps, how many drawings differ."""
+
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from dataset_tools.candidates.candidates import FILTERS
+from dataset_tools.build.config import BuildConfig
+from dataset_tools.build.store import Store
+from dataset_tools.build.tasks import load_view
+from ncmodel.config import read_config
+from ncmodel.errors import InputError
+from ncmodel.drawing.thresholding import fade
+from ncmodel.scene.view import View
+from ncmodel.types import Floats, LineFamily
+
+PERCENTILES = (10, 50, 90)
+
+
+@dataclass(frozen=True)
+class Kept:
+    """The share of a family's visible length that a level keeps, over many views.
+
+    Attributes:
+        family: The family.
+        level: The threshold.
+        shares: Its percentiles `PERCENTILES`.
+    """
+
+    family: LineFamily
+    level: float
+    shares: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class LevelStudy:
+    """Levels measured on the views of a data folder.
+
+    Attributes:
+        views: How many.
+        kept: One entry a family and level.
+        distinct: Percentiles of the number of different ones among the 256 drawings of lines of a view.
+    """
+
+    views: int
+    kept: tuple[Kept, ...]
+    distinct: tuple[float, ...]
+
+
+def study_levels(data_dir: str | Path) -> LevelStudy:
+    """Measure the levels that a data folder was built with on its views.
+
+    Raises:
+        InputError: It has no view.
+    """
+    store = Store(data_dir)
+    folders = sorted(path for path in (store.root / "views").glob("*") if path.is_dir())
+    if not folders:
+        raise InputError(data_dir, "no view in it", "a folder with views that are done")
+    levels = read_config(BuildConfig, store.config_path).levels
+    steps = [
+        (family, level) for name, families in FILTERS.items() for family in families for level in getattr(levels, name)
+    ]
+    shares = np.array([_shares(load_view(folder), steps) for folder in folders])
+    kept = tuple(Kept(*step, _percentiles(shares[:, i])) for i, step in enumerate(steps))
+    distinct = [different_drawings(folder) for folder in folders]
+    return LevelStudy(len(folders), kept, _percentiles(distinct))
+
+
+def different_drawings(folder: Path) -> int:
+    """How many of a view's drawings of lines differ in some pixel."""
+    specs = json.loads((folder / "candidates.json").read_text(encoding="utf-8"))
+    with np.load(folder / "candidates.npz") as archive:
+        ink = archive["ink"]
+    return len({ink[spec["index"]].tobytes() for spec in specs if spec["kind"] == "lines"})
+
+
+def _shares(view: View, steps: Sequence[tuple[LineFamily, float]]) -> list[float]:
+    """Share of the visible length left at each level; NaN where a view has no such line."""
+    result = []
+    for family, level in steps:
+        lines = view.visible(family)
+        total = _length(lines.points)
+        result.append(_length(fade(lines, level).points) / total if total > 0 else float("nan"))
+    return result
+
+
+def _length(points: Floats) -> float:
+    return float(np.linalg.norm(points[:, 1] - points[:, 0], axis=1).sum())
+
+
+def _percentiles(values: Iterable[float]) -> tuple[float, ...]:
+    known = [value for value in values if not np.isnan(value)]
+    return tuple(round(float(value), 3) for value in np.percentile(known, PERCENTILES)) if known else ()

@@ -1,0 +1,230 @@
+"""The 264 candidate drawings of a view, as unions of a few layers.
+
+256 combine lines: suggestive contours, apparent ridges, and ridges with valleys, each at one of three thresholds or
+off; with and without creases; with and without borders; occluding contours always. 8 are Canny edges of the shaded
+view, 4 of them after edge-preserving filtering. A layer is drawn once, grey with its tapering; a drawing is the
+maximum of its layers.
+"""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ncmodel.camera import DEFAULT_SIZE, Camera
+from ncmodel.drawing.thresholding import fade
+from ncmodel.export.distance_transform import distance_to
+from ncmodel.export.rasterize import draw_segments
+from ncmodel.scene.view import View
+from ncmodel.tracing import timed
+from ncmodel.types import Image, LineFamily, Mask
+
+INK_LEVEL = 0.1
+"""A pixel is inked where a drawing is darker than this."""
+
+LINE_WIDTH = 2.5
+"""Pixels, in a view whose shorter side is `DEFAULT_SIZE`."""
+
+FILTERS = {
+    "suggestive": (LineFamily.SUGGESTIVE,),
+    "apparent": (LineFamily.APPARENT,),
+    "ridges_valleys": (LineFamily.RIDGES, LineFamily.VALLEYS),
+}
+"""What is switched through its levels together."""
+
+
+@dataclass(frozen=True)
+class Levels:
+    """The levels that candidates go through, each family also off.
+
+    Attributes:
+        suggestive: Thresholds in rtsc's units, the paper's.
+        apparent: Likewise; chosen so that kept lengths differ on real meshes.
+        ridges_valleys: Likewise.
+        canny: Upper hysteresis thresholds on the gradient of a shaded view of 0..255; the lower ones are `canny_low` of
+            them.
+        canny_low: See there.
+        smooth_space: Spatial scale of the domain transform, share of the shorter side.
+        smooth_range: Its range scale, in grey levels of 0..255.
+    """
+
+    suggestive: tuple[float, float, float] = (0.001, 0.01, 0.1)
+    apparent: tuple[float, float, float] = (0.01, 0.1, 1.0)
+    ridges_valleys: tuple[float, float, float] = (0.03, 0.1, 0.3)
+    canny: tuple[float, float, float, float] = (40.0, 80.0, 160.0, 320.0)
+    canny_low: float = 0.4
+    smooth_space: float = 0.02
+    smooth_range: float = 40.0
+
+
+@dataclass(frozen=True)
+class Layer:
+    """One layer: line families at a threshold, or Canny edges.
+
+    Attributes:
+        name: Unique.
+        families: Lines drawn at `threshold`; none for Canny edges.
+        threshold: rtsc's for lines, Canny's upper one for edges; 0 for families without one.
+        smoothed: For edges: after edge-preserving filtering.
+    """
+
+    name: str
+    families: tuple[LineFamily, ...] = ()
+    threshold: float = 0.0
+    smoothed: bool = False
+
+
+@dataclass(frozen=True)
+class Spec:
+    """What one candidate is made of, as `candidates.json` holds it.
+
+    Attributes:
+        layers: Names of its layers.
+        settings: The choice it stands for: thresholds (None: off) and switches.
+    """
+
+    layers: tuple[str, ...]
+    settings: dict[str, Any]
+
+    def to_record(self, index: int) -> dict[str, Any]:
+        """The JSON object of candidate number `index`."""
+        return {"index": index, **self.settings, "layers": list(self.layers)}
+
+
+def layers_of(levels: Levels) -> list[Layer]:
+    """All layers, in a fixed order."""
+    lines = [
+        Layer(family.value, (family,)) for family in (LineFamily.CONTOURS, LineFamily.CREASES, LineFamily.BOUNDARIES)
+    ]
+    for name, families in FILTERS.items():
+        lines += [Layer(f"{name}@{level:g}", families, level) for level in getattr(levels, name)]
+    edges = [Layer(f"canny@{level:g}", (), level) for level in levels.canny]
+    smoothed = [Layer(f"smoothed_canny@{level:g}", (), level, smoothed=True) for level in levels.canny]
+    return [*lines, *edges, *smoothed]
+
+
+def specs_of(levels: Levels) -> list[Spec]:
+    """The 264 candidates in their fixed order.
+
+    Suggestive, apparent, ridges with valleys, creases, borders (the last one changes fastest), then Canny and Canny
+    after filtering.
+    """
+    choices = [(*getattr(levels, name), None) for name in FILTERS]
+    specs = []
+    for *thresholds, creases, borders in itertools.product(*choices, (False, True), (False, True)):
+        chosen = dict(zip(FILTERS, thresholds, strict=True))
+        names = [LineFamily.CONTOURS.value]
+        names += [f"{name}@{level:g}" for name, level in chosen.items() if level is not None]
+        names += [LineFamily.CREASES.value] * creases + [LineFamily.BOUNDARIES.value] * borders
+        specs.append(Spec(tuple(names), {"kind": "lines", **chosen, "creases": creases, "borders": borders}))
+    for smoothed, prefix in ((False, "canny"), (True, "smoothed_canny")):
+        for level in levels.canny:
+            settings = {"kind": "canny", "high": level, "low": levels.canny_low * level, "smoothed": smoothed}
+            specs.append(Spec((f"{prefix}@{level:g}",), settings))
+    return specs
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """The candidate drawings of a view.
+
+    Attributes:
+        specs: What each of the N candidates is.
+        ink: (L, H, W) grey ink of the layers.
+        members: (N, L) which layers each candidate consists of.
+    """
+
+    specs: Sequence[Spec]
+    ink: Image
+    members: Mask
+
+    @cached_property
+    def masks(self) -> Mask:
+        """(L, H, W) inked pixels of the layers; those of a drawing are their union, as its ink is their maximum."""
+        return np.asarray(self.ink > INK_LEVEL)
+
+    def drawing(self, index: int) -> Image:
+        """(H, W) ink of candidate `index`, with tapering."""
+        drawing: Image = self.ink[self.members[index]].max(axis=0)
+        return drawing
+
+    def packed(self) -> NDArray[np.uint8]:
+        """(N, H, ceil(W/8)) inked pixels of all candidates, eight in a byte along the last axis (`np.packbits`)."""
+        layers = np.packbits(self.masks, axis=-1)
+        return np.stack([np.bitwise_or.reduce(layers[member], axis=0) for member in self.members])
+
+
+def draw_candidates(view: View, levels: Levels) -> Candidates:
+    """Draw all candidates of a view."""
+    layers, specs = layers_of(levels), specs_of(levels)
+    column = {layer.name: number for number, layer in enumerate(layers)}
+    members = np.zeros((len(specs), len(layers)), dtype=bool)
+    for row, spec in enumerate(specs):
+        members[row, [column[name] for name in spec.layers]] = True
+    return Candidates(specs, draw_layers(view, layers, levels), members)
+
+
+def draw_layers(view: View, layers: Sequence[Layer], levels: Levels) -> Image:
+    """(L, H, W) grey ink of layers."""
+    shape, width = (view.camera.height, view.camera.width), line_width(view.camera)
+    ink = np.zeros((len(layers), *shape), dtype=np.float32)
+    edges = _Edges(view, levels)
+    for image, layer in zip(ink, layers, strict=True):
+        for family in layer.families:
+            segments = fade(view.visible(family), layer.threshold)
+            with timed(view.trace, "raster"):
+                points = view.camera.project(segments.points)[..., :2]
+                np.maximum(image, draw_segments(points, segments.alpha, width, shape), out=image)
+        if not layer.families:
+            with timed(view.trace, "canny"):
+                image[:] = thick(edges.at(layer.threshold, layer.smoothed), width)
+    return ink
+
+
+def line_width(camera: Camera) -> float:
+    """Width of lines in a view, pixels."""
+    return LINE_WIDTH * min(camera.width, camera.height) / DEFAULT_SIZE
+
+
+def thick(pixels: Mask, width: float) -> Image:
+    """Lines of `width` pixels, anti-aliased, around one-pixel lines.
+
+    Args:
+        pixels: (H, W) the one-pixel lines.
+        width: At least 1.
+    """
+    if not pixels.any():
+        return np.zeros(pixels.shape, dtype=np.float32)
+    return np.asarray(np.clip(width / 2 + 0.5 - distance_to(pixels), 0.0, 1.0), dtype=np.float32)
+
+
+class _Edges:
+    """Canny edges of a view's shading."""
+
+    def __init__(self, view: View, levels: Levels) -> None:
+        self.view, self.levels = view, levels
+
+    @cached_property
+    def shading(self) -> NDArray[np.uint8]:
+        """The unsmoothed shading, 0..255."""
+        return np.asarray(np.rint(255 * self.view.shaded[0]), dtype=np.uint8)
+
+    @cached_property
+    def smoothed(self) -> NDArray[np.uint8]:
+        """The shading after edge-preserving filtering.
+
+        References:
+            Gastal, Oliveira: Domain Transform for Edge-Aware Image and Video Processing. SIGGRAPH 2011.
+        """
+        space = self.levels.smooth_space * min(self.shading.shape)
+        return np.asarray(cv2.ximgproc.dtFilter(self.shading, self.shading, space, self.levels.smooth_range), np.uint8)
+
+    def at(self, level: float, smoothed: bool) -> Mask:
+        """(H, W) one-pixel edges at an upper threshold."""
+        image = self.smoothed if smoothed else self.shading
+        return np.asarray(cv2.Canny(image, self.levels.canny_low * level, level, L2gradient=True) > 0)

@@ -1,0 +1,1 @@
+"""The commands `ncontours dataset` and `ncontours crowd`."""

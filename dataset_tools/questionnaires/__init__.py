@@ -1,0 +1,1 @@
+"""What goes out to participants: questions, sentinels, pages, batches."""

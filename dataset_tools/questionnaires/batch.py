@@ -1,0 +1,189 @@
+"""Batches of 8-drawing questionnaires, planned over a data folder's items."""
+
+import hashlib
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from dataset_tools.build.items import drawing_path, item_fingerprint, item_twins, render_paths
+from dataset_tools.questionnaires.batch_folder import BatchWriter, Look, Sheet, Shown
+from dataset_tools.questionnaires.counterbalancing import Places, Positions, deal
+from dataset_tools.questionnaires.identical_drawings import ALL_DIFFERENT, different
+from dataset_tools.questionnaires.pages import batch_template
+from dataset_tools.questionnaires.questionnaire import Key, Question, Questionnaire, Scheme, Tokens, field_name
+from dataset_tools.questionnaires.sentinels import Drawing, SentinelPool
+from ncmodel.data.item import DRAWINGS, Item
+from ncmodel.errors import UsageError
+
+MAX_STAND_INS = 40
+"""Items whose candidates may stand in for artists' drawings of other shapes."""
+
+
+@dataclass(frozen=True)
+class Planned:
+    """A question with the pictures of its drawings, in the order shown."""
+
+    question: Question
+    drawings: tuple[Path, ...]
+
+
+@dataclass(frozen=True)
+class Built:
+    """What a batch holds, and what its maker should know."""
+
+    questionnaires: int
+    real: int
+    sentinels: int
+    items: int
+    spare_votes: int
+    repeated_shapes: int
+    notes: tuple[str, ...]
+
+
+class Planner:
+    """Plans questionnaires over a data folder's items.
+
+    Args:
+        data_dir: The data folder.
+        scheme: Numbers of questions and votes.
+        artists: Artists' drawings for sentinels (none where the scheme has no sentinels).
+        needs: Item -> votes wanted.
+        fill: Whether every questionnaire has exactly `scheme.real` questions, as `spread.deal` explains.
+
+    Raises:
+        UsageError: Nothing is needed.
+        InputError: A file of the data folder is missing, or sentinels can't be made.
+    """
+
+    def __init__(
+        self, data_dir: Path, scheme: Scheme, artists: Sequence[Drawing], needs: Mapping[Item, int], fill: bool = True
+    ) -> None:
+        if not needs:
+            raise UsageError("no item needs votes: there is nothing to ask")
+        self.data_dir, self.scheme, self.needs = data_dir, scheme, needs
+        self.tokens = Tokens(scheme.seed, _fingerprint(data_dir, needs))
+        rng = np.random.default_rng([scheme.seed, int(self.tokens("order"), 16)])
+        self._hands = deal(needs, scheme.real, rng, fill)
+        self._places, self._positions = Places(rng), Positions(rng)
+        self._twins = {item: item_twins(data_dir, item) for item in needs}
+        self.pool: SentinelPool | None = None
+        if scheme.sentinels:
+            items = sorted(needs)
+            some = [items[i] for i in rng.permutation(len(items))[:MAX_STAND_INS]]
+            stand_ins = [
+                Drawing(item, drawing_path(data_dir, item, i)) for item in some for i in different(self._twins[item])
+            ]
+            self.pool = SentinelPool(artists, stand_ins, scheme.pool, rng)
+
+    @property
+    def sentinels(self) -> int:
+        """Sentinels in a questionnaire: fewer than asked for where the pool is smaller."""
+        return min(self.scheme.sentinels, len(self.pool)) if self.pool else 0
+
+    @cached_property
+    def plans(self) -> dict[str, list[Planned]]:
+        """Questionnaire -> its questions in order."""
+        return {
+            (identifier := self.tokens("questionnaire", number)): self._plan(identifier, hand)
+            for number, hand in enumerate(self._hands)
+        }
+
+    def _plan(self, identifier: str, hand: Sequence[Item]) -> list[Planned]:
+        drafts = [
+            self._draft(item, [drawing_path(self.data_dir, item, i) for i in range(DRAWINGS)], False) for item in hand
+        ]
+        for sentinel in self.pool.draw(self.sentinels, hand) if self.pool else ():
+            drafts.append(self._draft(sentinel.item, [drawing.path for drawing in sentinel.drawings], True))
+        ordered = self._places.order(drafts, [(draft.question.item, draft.question.sentinel) for draft in drafts])
+        return [self._named(draft, identifier, place, len(ordered)) for place, draft in enumerate(ordered, 1)]
+
+    def _draft(self, item: Item, drawings: Sequence[Path], sentinel: bool) -> Planned:
+        """A question whose options stand in order but don't have their opaque names yet."""
+        order = self._positions.order((item, sentinel))
+        twins = ALL_DIFFERENT if sentinel else self._twins[item]
+        question = Question("", item, sentinel, {str(index): index for index in order}, twins)
+        return Planned(question, tuple(drawings[index] for index in order))
+
+    def _named(self, draft: Planned, identifier: str, place: int, total: int) -> Planned:
+        values = {self.tokens("value", identifier, place, i): i for i in draft.question.options.values()}
+        return replace(draft, question=replace(draft.question, field=field_name(place, total), options=values))
+
+    def questionnaires(self) -> dict[str, Questionnaire]:
+        """The questionnaires, without their pictures."""
+        return {name: Questionnaire(name, tuple(one.question for one in plan)) for name, plan in self.plans.items()}
+
+    def sheets(self) -> list[Sheet]:
+        """The questionnaires as shown; every question has as many renders as the item with the fewest."""
+        items = {one.question.item for plan in self.plans.values() for one in plan if one.question.item}
+        renders = {item: tuple(render_paths(self.data_dir, item)) for item in items}
+        count = min(len(paths) for paths in renders.values())
+        return [
+            Sheet(name, tuple(_shown(one, renders[one.question.item][:count]) for one in plan if one.question.item))
+            for name, plan in self.plans.items()
+        ]
+
+
+def _shown(planned: Planned, renders: tuple[Path, ...]) -> Shown:
+    return Shown(planned.question.field, tuple(planned.question.options), planned.drawings, renders)
+
+
+def build_batch(planner: Planner, batch_dir: Path, look: Look, settings: Mapping[str, object]) -> Built:
+    """Write a batch folder; it appears whole or not at all.
+
+    Args:
+        planner: What to ask.
+        batch_dir: A folder that doesn't exist yet or is empty.
+        look: How pictures are delivered.
+        settings: What else the key should record.
+
+    Raises:
+        UsageError: The folder holds something.
+        InputError: A picture can't be read.
+    """
+    questionnaires = planner.questionnaires()
+    record = {
+        "data": os.path.relpath(planner.data_dir.resolve(), batch_dir.resolve()),
+        "scheme": {**asdict(planner.scheme), "sentinels": planner.sentinels},
+        **settings,
+    }
+    writer = BatchWriter(planner.tokens, look, batch_template)
+    notes = writer.write(batch_dir, planner.sheets(), Key(questionnaires, record).record())
+    built = _report(planner, list(questionnaires.values()))
+    return replace(built, notes=(*built.notes, *notes))
+
+
+def _report(planner: Planner, questionnaires: Sequence[Questionnaire]) -> Built:
+    scheme, real = planner.scheme, sum(not question.sentinel for question in questionnaires[0].questions)
+    asked = sum(1 for questionnaire in questionnaires for _ in questionnaire.items)
+    shapes = [[q.item.shape for q in questionnaire.questions if q.item] for questionnaire in questionnaires]
+    notes = []
+    if real < scheme.real:
+        notes.append(f"{real} items a questionnaire instead of {scheme.real}: there are {len(planner.needs)} items")
+    if planner.sentinels < scheme.sentinels:
+        notes.append(f"{planner.sentinels} sentinels a questionnaire instead of {scheme.sentinels}: the pool is small")
+    elif planner.pool and len(planner.pool) < scheme.pool:
+        notes.append(
+            f"a pool of {len(planner.pool)} sentinels instead of {scheme.pool}: no more views have an artist's drawing"
+        )
+    return Built(
+        questionnaires=len(questionnaires),
+        real=real,
+        sentinels=planner.sentinels,
+        items=len(planner.needs),
+        spare_votes=asked - sum(planner.needs.values()),
+        repeated_shapes=sum(len(names) - len(set(names)) for names in shapes),
+        notes=tuple(notes),
+    )
+
+
+def _fingerprint(data_dir: Path, needs: Mapping[Item, int]) -> bytes:
+    """What the opaque names are keyed with: the data set's contents, which participants don't have."""
+    digest = hashlib.blake2b()
+    for item, votes in sorted(needs.items()):
+        digest.update(f"{item.name} {votes}".encode())
+        digest.update(item_fingerprint(data_dir, item))
+    return digest.digest()

@@ -1,0 +1,1 @@
+"""Everything made up: shapes, artists, participants, and trials of the rules on them."""

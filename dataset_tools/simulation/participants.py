@@ -1,0 +1,209 @@
+"""Simulated participants, who answer questionnaires as people might, and say everywhere that they are simulated.
+
+Each follows one of the crowd's latent artists: of eight drawings it prefers the one nearest to what its artist drew
+of the view, but sees distances with noise, and answers "none of these" where all are far. A stated share clicks at
+random.
+"""
+
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from dataset_tools.build.items import drawing_path
+from dataset_tools.candidates.chamfer_matrix import distance_field
+from dataset_tools.questionnaires.questionnaire import NONE, Key, Question, Questionnaire
+from dataset_tools.simulation.artists import ArtistDrawings
+from dataset_tools.simulation.simulated_results import Reply, Sent
+from ncmodel.data.item import DRAWINGS, Item
+from ncmodel.errors import UsageError
+from ncmodel.images import read_grey
+from ncmodel.types import Floats, Image, Mask
+
+INK = 0.3
+"""What is darker than this is seen as a line."""
+
+COMPARED_SIDE = 384
+"""Drawings are compared at this size."""
+
+
+@dataclass(frozen=True)
+class Crowd:
+    """What the simulated participants are like.
+
+    Attributes:
+        noise: Spread of the error with which a participant sees the logarithm of a drawing's distance.
+        far: A drawing farther than this is no good, in shares of the picture's side.
+        random_clickers: Share of participants who click at random.
+        slip: Chance that an attentive participant hits a wrong answer.
+        seconds: Typical seconds for a question.
+    """
+
+    noise: float = 0.55
+    far: float = 0.0025
+    random_clickers: float = 0.15
+    slip: float = 0.004
+    seconds: float = 9.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.random_clickers <= 1.0:
+            raise UsageError(f"--random-clickers is {self.random_clickers}, expected a share in 0..1")
+        if self.noise < 0 or self.far <= 0:
+            raise UsageError(f"--noise is {self.noise} and --far {self.far}, expected a number >= 0 and one > 0")
+
+
+class Distances:
+    """How far each candidate of an item is from each artist's drawing, computed when first asked for.
+
+    Args:
+        data_dir: The data folder.
+        drawings: The artists' drawings.
+    """
+
+    def __init__(self, data_dir: Path, drawings: ArtistDrawings) -> None:
+        self._data_dir, self._drawings = data_dir, drawings
+        self._known: dict[Item, Floats] = {}
+
+    def __call__(self, item: Item) -> Floats:
+        """(artists, 8) symmetric Chamfer distances, in shares of the picture's side."""
+        if item not in self._known:
+            candidates = [1.0 - read_grey(drawing_path(self._data_dir, item, i)) for i in range(DRAWINGS)]
+            self._known[item] = distances_between(self._drawings.inks(item), candidates)
+        return self._known[item]
+
+
+def distances_between(drawn: Iterable[Image], candidates: Iterable[Image]) -> Floats:
+    """(drawn, candidates) symmetric Chamfer distances between drawings, in shares of the picture's shorter side."""
+    rows, columns = ([_Seen.of(ink) for ink in inks] for inks in (drawn, candidates))
+    return np.array([[a.distance(b) for b in columns] for a in rows])
+
+
+@dataclass(frozen=True, eq=False)
+class _Seen:
+    """A drawing as it is compared: its lines, and how far every pixel is from them."""
+
+    mask: Mask
+    field: Image
+
+    @staticmethod
+    def of(ink: Image) -> "_Seen":
+        height, width = ink.shape
+        scale = COMPARED_SIDE / min(height, width)
+        small = cv2.resize(ink, (round(width * scale), round(height * scale)), interpolation=cv2.INTER_AREA)
+        mask = np.asarray(small > INK)
+        return _Seen(mask, distance_field(mask))
+
+    def distance(self, other: "_Seen") -> float:
+        if not self.mask.any() or not other.mask.any():
+            return 0.0 if self.mask.any() == other.mask.any() else float(np.hypot(*self.mask.shape)) / COMPARED_SIDE
+        there, back = other.field[self.mask].mean(dtype=np.float64), self.field[other.mask].mean(dtype=np.float64)
+        return float(there + back) / 2 / COMPARED_SIDE
+
+
+Behaviour = Callable[[Question, int, np.random.Generator], Reply]
+"""Answers a question (with its number, from 0) of a questionnaire."""
+
+
+def attentive(crowd: Crowd, distances: Callable[[Item], Floats], artist: int) -> Behaviour:
+    """A participant who follows one artist and looks at every question."""
+
+    def answer(question: Question, number: int, rng: np.random.Generator) -> Reply:
+        seconds = crowd.seconds * float(np.exp(rng.normal(0, 0.5)))
+        values = list(question.options)
+        if rng.random() < crowd.slip:
+            return Reply(values[rng.integers(len(values))], seconds)
+        if question.sentinel or question.item is None:
+            return Reply(question.correct, seconds)
+        distance = distances(question.item)[artist]
+        seen = np.log(np.maximum(distance, 1e-6)) + crowd.noise * rng.gumbel(size=DRAWINGS)
+        best = int(np.argmin(seen))
+        if seen[best] > np.log(crowd.far):
+            return Reply(NONE, seconds)
+        return Reply(next(value for value, index in question.options.items() if index == best), seconds)
+
+    return answer
+
+
+def random_clicker(question: Question, number: int, rng: np.random.Generator) -> Reply:
+    """A participant who clicks anywhere, quickly."""
+    values = [*question.options, NONE]
+    return Reply(values[rng.integers(len(values))], float(rng.uniform(0.5, 3.0)))
+
+
+@dataclass(frozen=True)
+class Participant:
+    """A simulated participant: a name that says so, what kind, and how it answers."""
+
+    name: str
+    kind: str
+    behaviour: Behaviour
+
+
+def make_crowd(
+    count: int,
+    crowd: Crowd,
+    distances: Callable[[Item], Floats],
+    artists: int,
+    rng: np.random.Generator,
+    name: str = "simulated",
+) -> list[Participant]:
+    """Simulated participants, of whom a stated share click at random; `name` begins their names."""
+    clickers = set(rng.permutation(count)[: round(crowd.random_clickers * count)].tolist())
+    people = []
+    for number in range(count):
+        behaviour = attentive(crowd, distances, int(rng.integers(artists)))
+        known = ("random clicker", random_clicker) if number in clickers else ("attentive", behaviour)
+        people.append(Participant(f"{name}-{number + 1:04d}", *known))
+    return people
+
+
+@dataclass(frozen=True)
+class Sitting:
+    """A questionnaire that a simulated participant answered."""
+
+    participant: Participant
+    questionnaire: Questionnaire
+    replies: Mapping[str, Reply]
+
+    @property
+    def passed(self) -> bool:
+        """Whether all sentinels were answered rightly."""
+        checks = (question for question in self.questionnaire.questions if question.sentinel)
+        return all(question.choice(self.replies[question.field].value) == 0 for question in checks)
+
+    @property
+    def sent(self) -> Sent:
+        """What comes back."""
+        return Sent(self.participant.name, self.participant.kind, self.questionnaire.identifier, self.replies)
+
+
+def answer_all(key: Key, participants: Iterable[Participant], seed: int) -> Iterator[Sitting]:
+    """Each participant answers one questionnaire, in turn; when all are answered they go round again."""
+    questionnaires = list(key.questionnaires.values())
+    for number, participant in enumerate(participants):
+        rng = np.random.default_rng([seed, number])
+        yield sit(participant, questionnaires[number % len(questionnaires)], rng)
+
+
+def answer_until_reliable(key: Key, participants: Iterable[Participant], seed: int) -> Iterator[Sitting]:
+    """Each questionnaire is answered, and where a sentinel was failed posted again for the next participant."""
+    waiting = deque(key.questionnaires.values())
+    for number, participant in enumerate(participants):
+        if not waiting:
+            return
+        sitting = sit(participant, waiting.popleft(), np.random.default_rng([seed, number]))
+        if not sitting.passed:
+            waiting.append(sitting.questionnaire)
+        yield sitting
+
+
+def sit(participant: Participant, questionnaire: Questionnaire, rng: np.random.Generator) -> Sitting:
+    """One participant answers one questionnaire."""
+    replies = {
+        question.field: participant.behaviour(question, place, rng)
+        for place, question in enumerate(questionnaire.questions)
+    }
+    return Sitting(participant, questionnaire, replies)

@@ -1,0 +1,1 @@
+"""The self-hosted site on which participants answer."""

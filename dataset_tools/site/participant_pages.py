@@ -1,0 +1,285 @@
+"""The self-hosted site: consent, one questionnaire a participant, answers kept one by one, a page for the requester.
+
+An ASGI application on a `SiteBatch` and a `SiteStore`. Participants are told apart by a secret in a cookie; changes
+need a second secret that only pages of this site know. What participants receive never depends on the key.
+"""
+
+import hashlib
+import hmac
+import json
+import re
+import secrets
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from urllib.parse import quote, urlsplit
+
+from starlette.concurrency import run_in_threadpool
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse, Response
+from starlette.routing import Route
+
+from dataset_tools.questionnaires.pages import asset, render
+from dataset_tools.site.database import Entry, Refusal, SiteStore, State
+from dataset_tools.site.rate_limit import RateLimit
+from dataset_tools.site.security import address, form, headers, see
+from dataset_tools.site.served_batch import SiteBatch
+from dataset_tools.votes.results_csv import parse_seconds, sensible_seconds
+from ncmodel.errors import UsageError
+
+SESSION = "nc_session"
+_PARAMETER = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.@-]{0,99}")
+
+CONSENT = (
+    "This study asks which line drawings of 3D shapes people find best.",
+    "We keep your answers, how long each takes, and the participant number that your recruiting service gave us. "
+    "We don't ask for your name or anything else about you.",
+    "Taking part is voluntary. You can stop at any time by closing the page.",
+)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the requester decides.
+
+    Attributes:
+        parameters: Names of the recruiting parameters in the link; the first says who the participant is.
+        open_to_all: Let people without that parameter take part, as somebody new.
+        completion_code: Shown at the end; "" for none.
+        completion_url: Where the end page leads, `{code}` being the code; "" for nowhere.
+        consent: Paragraphs of the consent page.
+        contact: Whom to ask.
+        public_url: The address that participants use, where a proxy with TLS stands before the site; "" on loopback.
+    """
+
+    parameters: tuple[str, ...] = ("PROLIFIC_PID", "STUDY_ID", "SESSION_ID")
+    open_to_all: bool = False
+    completion_code: str = ""
+    completion_url: str = "https://app.prolific.com/submissions/complete?cc={code}"
+    consent: tuple[str, ...] = CONSENT
+    contact: str = ""
+    public_url: str = ""
+
+    def __post_init__(self) -> None:
+        parts = urlsplit(self.public_url)
+        whole = parts.scheme in ("http", "https") and parts.netloc and not parts.path.strip("/") and not parts.query
+        if self.public_url and not whole:
+            raise UsageError(
+                f"--public-url is {self.public_url!r}, expected https://HOST: the site wants all of a host"
+            )
+
+    @property
+    def completion_link(self) -> str:
+        """Where the end page leads, "" for nowhere."""
+        needs_code = "{code}" in self.completion_url
+        if not self.completion_url or (needs_code and not self.completion_code):
+            return ""
+        return self.completion_url.replace("{code}", quote(self.completion_code, safe=""))
+
+
+@dataclass(frozen=True)
+class Limits:
+    """How often a participant or an address may do something: (burst, times a second)."""
+
+    answers: tuple[int, float] = (120, 5.0)
+    starts: tuple[int, float] = (400, 5.0)
+    logins: tuple[int, float] = (5, 0.05)
+
+
+@dataclass
+class Site:
+    """The site's pages for participants.
+
+    Attributes:
+        batch: What is asked.
+        store: What was answered.
+        settings: What the requester decides.
+        limits: How often things may be done.
+        clock: Seconds, for the limits.
+    """
+
+    batch: SiteBatch
+    store: SiteStore
+    settings: Settings = field(default_factory=Settings)
+    limits: Limits = field(default_factory=Limits)
+    clock: Callable[[], float] = time.monotonic
+
+    def __post_init__(self) -> None:
+        self._answers = RateLimit(*self.limits.answers, self.clock)
+        self._starts = RateLimit(*self.limits.starts, self.clock)
+        self._page_headers = headers(self.batch.hashes("script"), self.batch.hashes("style"))
+
+    def routes(self) -> list[Route]:
+        """Where the pages are."""
+        return [
+            Route("/", self.welcome),
+            Route("/start", self.start, methods=["POST"]),
+            Route("/questions", self.questions),
+            Route("/answer", self.answer, methods=["POST"]),
+            Route("/finish", self.finish, methods=["POST"]),
+            Route("/done", self.done),
+            Route("/images/{name}", self.picture),
+            Route("/static/{name}", self.static),
+            Route("/health", self.health),
+        ]
+
+    async def welcome(self, request: Request) -> Response:
+        """The consent page; who has begun goes on where they were, unless the link names somebody else."""
+        entry = await self._entry(request)
+        named = request.query_params.get(self.settings.parameters[0], "")
+        if entry is not None and entry.state is not State.ABANDONED and named in ("", entry.worker):
+            return see("/done" if entry.state is State.FINISHED else "/questions")
+        parameters = self._parameters(request.query_params)
+        if parameters is None:
+            text = "Please use the link that your recruiting service gave you."
+            return self._message("This link isn't complete", text, 400)
+        questions = max(map(len, self.batch.questions.values()))
+        page = render("site_consent.html.j2", settings=self.settings, parameters=parameters, questions=questions)
+        return HTMLResponse(page, headers=headers())
+
+    async def start(self, request: Request) -> Response:
+        """Agreed: hand out a questionnaire."""
+        if not self._starts.allows(address(request)):
+            return self._message("Too many people are starting just now", "Please try again in a minute.", 429)
+        given = await form(request)
+        parameters = self._parameters(given)
+        if parameters is None or given.get("agree") != "yes":
+            return self._message("Something was missing", "Please go back, tick the box and try again.", 400)
+        worker = parameters.get(self.settings.parameters[0]) or f"guest-{secrets.token_hex(8)}"
+        begun = await run_in_threadpool(self.store.begin, worker, parameters)
+        if isinstance(begun, Refusal):
+            return self._refused(begun)
+        response = see("/questions")
+        secure = self.settings.public_url.startswith("https:")
+        response.set_cookie(SESSION, begun, max_age=14 * 86400, httponly=True, secure=secure, samesite="lax")
+        return response
+
+    async def questions(self, request: Request) -> Response:
+        """The questionnaire, with what was answered so far."""
+        entry = await self._entry(request)
+        if entry is None or entry.state is not State.ACTIVE:
+            return self._closed(request, entry)
+        answers = await run_in_threadpool(self.store.answers, entry.id)
+        return self._questionnaire(request, entry, answers, "")
+
+    def _questionnaire(
+        self, request: Request, entry: Entry, answers: Mapping[str, str], message: str, status: int = 200
+    ) -> Response:
+        page = render(
+            "site_questions.html.j2",
+            fragment=self.batch.fragment(entry.questionnaire, answers),
+            secret=_second_secret(request.cookies[SESSION]),
+            message=message,
+        )
+        return HTMLResponse(page, status, headers=self._page_headers)
+
+    async def answer(self, request: Request) -> Response:
+        """Keep one answer; the reply comes when it is on disk."""
+        entry = await self._entry(request)
+        if entry is None or not _knows(request, request.headers.get("x-nc-secret", "")):
+            return JSONResponse({"error": "no session"}, 403, headers=headers())
+        if not self._answers.allows(entry.id):
+            return JSONResponse({"error": "too fast"}, 429, headers={**headers(), "Retry-After": "2"})
+        try:
+            record = json.loads(await request.body())
+            name, value = str(record["field"]), str(record["value"])
+        except (ValueError, KeyError, TypeError, RecursionError):
+            return JSONResponse({"error": "not an answer"}, 400, headers=headers())
+        if not self.batch.accepts(entry.questionnaire, name, value):
+            return JSONResponse({"error": "not an answer to this questionnaire"}, 400, headers=headers())
+        spent = sensible_seconds({name: record.get("seconds")}).get(name, 0.0)
+        kept = await run_in_threadpool(self.store.save, entry.id, {name: (value, spent)})
+        return JSONResponse({"saved": kept}, 200 if kept else 409, headers=headers())
+
+    async def finish(self, request: Request) -> Response:
+        """Keep all answers and close the questionnaire, if every question has one."""
+        entry = await self._entry(request)
+        given = await form(request)
+        if entry is None or entry.state is not State.ACTIVE:
+            return self._closed(request, entry)
+        if not _knows(request, given.get("nc_secret", "")):
+            return self._message("This form is out of date", "Please open the questions and send them again.", 403)
+        spent = parse_seconds(given.get("seconds", ""))
+        sent = {
+            name: (given[name], spent.get(name, 0.0))
+            for name in self.batch.questions[entry.questionnaire]
+            if self.batch.accepts(entry.questionnaire, name, given.get(name, ""))
+        }
+        await run_in_threadpool(self.store.save, entry.id, sent)
+        if await run_in_threadpool(self.store.finish, entry.id, partial(self.batch.judge, entry.questionnaire)):
+            return see("/done")
+        answers = await run_in_threadpool(self.store.answers, entry.id)
+        left = len(self.batch.questions[entry.questionnaire]) - len(answers)
+        message = f"{left} question{'s' if left > 1 else ''} still need{'' if left > 1 else 's'} an answer."
+        return self._questionnaire(request, entry, answers, message, 422)
+
+    async def done(self, request: Request) -> Response:
+        """Thanks, and the completion code."""
+        entry = await self._entry(request)
+        if entry is None or entry.state is not State.FINISHED:
+            return self._closed(request, entry)
+        return HTMLResponse(render("site_done.html.j2", settings=self.settings), headers=headers())
+
+    async def picture(self, request: Request) -> Response:
+        """A picture of the batch, by its opaque name; nothing else can be named."""
+        path = self.batch.pictures.get(request.path_params["name"])
+        if path is None:
+            return PlainTextResponse("no such picture", 404, headers=headers())
+        data = await run_in_threadpool(path.read_bytes)
+        # No age and no tag: both come from the file and could tell one kind of picture from another.
+        kept = {"Cache-Control": "private, max-age=86400, immutable"}
+        return Response(data, media_type="image/png", headers={**headers(), **kept})
+
+    async def static(self, request: Request) -> Response:
+        """A style sheet or script of the site's own."""
+        kinds = {"site.css": "text/css", "site.js": "text/javascript"}
+        name = request.path_params["name"]
+        if name not in kinds:
+            return PlainTextResponse("no such file", 404, headers=headers())
+        return Response(asset(name), media_type=kinds[name], headers={**headers(), "Cache-Control": "no-cache"})
+
+    async def health(self, request: Request) -> Response:
+        """For a proxy that asks whether the site lives."""
+        return PlainTextResponse("ok", headers=headers())
+
+    async def _entry(self, request: Request) -> Entry | None:
+        secret = request.cookies.get(SESSION, "")
+        return await run_in_threadpool(self.store.find, secret) if secret else None
+
+    def _parameters(self, given: Mapping[str, str]) -> dict[str, str] | None:
+        """The recruiting parameters in a link or form; None if the one that says who it is is missing or odd."""
+        names = self.settings.parameters
+        found = {name: given[name] for name in names if _PARAMETER.fullmatch(given.get(name, ""))}
+        return found if self.settings.open_to_all or names[0] in found else None
+
+    def _closed(self, request: Request, entry: Entry | None) -> Response:
+        if entry is not None and entry.state is State.FINISHED:
+            return see("/done")
+        if entry is not None and entry.state is State.ACTIVE:
+            return see("/questions")
+        if entry is not None:
+            text = "You were away for long, and your questions were given to somebody else."
+            return self._message("Your time is over", text, 410)
+        return self._message("We don't know you here", "Please start with the link that you were given.", 403)
+
+    def _refused(self, refusal: Refusal) -> Response:
+        texts = {
+            Refusal.FULL: ("All places are taken", "Thank you for your interest; there is nothing to do just now."),
+            Refusal.DONE: ("You have taken part already", "Everybody can take part once. Thank you!"),
+            Refusal.ELSEWHERE: ("You have begun already", "Please go on in the browser in which you began."),
+        }
+        return self._message(*texts[refusal], 409)
+
+    def _message(self, title: str, text: str, status: int) -> Response:
+        page = render("site_message.html.j2", title=title, text=text, contact=self.settings.contact)
+        return HTMLResponse(page, status, headers=headers())
+
+
+def _second_secret(secret: str) -> str:
+    """What pages send along with changes; another site can neither read it nor work it out."""
+    return hmac.new(secret.encode(), b"change", hashlib.sha256).hexdigest()
+
+
+def _knows(request: Request, given: str) -> bool:
+    return hmac.compare_digest(given.encode(), _second_secret(request.cookies.get(SESSION, "")).encode())

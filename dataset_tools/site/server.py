@@ -1,0 +1,207 @@
+"""The site put together and served."""
+
+import os
+import re
+import secrets
+import socket
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from starlette.applications import Starlette
+from starlette.middleware import Middleware
+
+from dataset_tools.questionnaires.questionnaire import KEY_NAME, read_key
+from dataset_tools.site.database import Policy, SiteStore
+from dataset_tools.site.participant_pages import Limits, Settings, Site
+from dataset_tools.site.requester_pages import Admin
+from dataset_tools.site.security import Guard
+from dataset_tools.site.served_batch import SiteBatch
+from ncmodel.errors import InputError, UsageError
+
+LOOPBACK = ("127.0.0.1", "::1", "localhost")
+
+
+@dataclass(frozen=True)
+class SiteFiles:
+    """Where a site's files are.
+
+    Attributes:
+        batch_dir: The batch.
+        database: What was answered.
+        token: The file with the requester's token; made with a new one if there is none.
+    """
+
+    batch_dir: Path
+    database: Path
+    token: Path
+
+
+def make_app(
+    files: SiteFiles, settings: Settings, policy: Policy, limits: Limits | None = None
+) -> tuple[Starlette, SiteStore]:
+    """The site as an ASGI application, and its store, which the caller closes.
+
+    Raises:
+        InputError: The batch or the database can't be used.
+    """
+    limits = limits or Limits()
+    batch = SiteBatch(files.batch_dir)
+    store = SiteStore(files.database, batch.identifiers, policy, time.time)
+    site = Site(batch, store, settings, limits)
+    secure = settings.public_url.startswith("https:")
+    token = read_token(files.token)
+    admin = Admin(store, files.database, _subjects(files.batch_dir), token, policy.places, limits.logins, secure)
+    guard = Middleware(Guard, public_url=settings.public_url)
+    return Starlette(routes=[*site.routes(), *admin.routes()], middleware=[guard]), store
+
+
+def _subjects(batch_dir: Path) -> dict[str, list[str]]:
+    """Questionnaire -> what it asks about, sentinels excluded."""
+    listed: Mapping[str, Mapping[str, Sequence[Mapping[str, object]]]] = read_key(batch_dir)["questionnaires"]
+    return {
+        name: list(
+            dict.fromkeys(
+                f"{one.get('shape')} {one.get('view')}" for one in entry["questions"] if not one.get("sentinel")
+            )
+        )
+        for name, entry in listed.items()
+    }
+
+
+def read_token(path: Path) -> str:
+    """The requester's token; a new one, in a file that only its owner reads, if there is none.
+
+    Raises:
+        UsageError: The file holds something too short to be safe.
+    """
+    if not path.exists():
+        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(secrets.token_urlsafe(24) + "\n")
+    token = path.read_text(encoding="utf-8").strip()
+    if len(token) < 16:
+        raise UsageError(f"{path}: a token of {len(token)} characters, expected 16 or more")
+    return token
+
+
+@dataclass(frozen=True)
+class Addresses:
+    """Where a site that is being served can be reached.
+
+    Attributes:
+        participants: The link for participants.
+        requester: The requester's page.
+        token: The file with the requester's token.
+        port: The port that is listened on.
+        notes: What the requester should know.
+    """
+
+    participants: str
+    requester: str
+    token: Path
+    port: int
+    notes: tuple[str, ...]
+
+    def record(self) -> dict[str, object]:
+        """As a JSON object."""
+        return {**asdict(self), "token": str(self.token), "notes": list(self.notes)}
+
+    def text(self) -> str:
+        """For people."""
+        lines = [f"participants: {self.participants}", f"requester: {self.requester}, token in {self.token}"]
+        return "\n".join([*lines, *self.notes])
+
+
+def serve(
+    files: SiteFiles,
+    settings: Settings,
+    policy: Policy,
+    host: str,
+    port: int,
+    announce: Callable[[Addresses], None],
+) -> None:
+    """Serve the site until interrupted.
+
+    Args:
+        files: Where its files are.
+        settings: What the requester decides.
+        policy: Who gets which questionnaire.
+        host: Address to listen on.
+        port: Port to listen on, 0 for a free one.
+        announce: Called once the site listens.
+
+    Raises:
+        InputError: The batch or the database can't be used.
+        UsageError: The address can't be listened on.
+    """
+    import uvicorn
+
+    app, store = make_app(files, settings, policy)
+    # Addresses of requests hold participants' numbers, so none are logged. Only a proxy that the requester named is
+    # believed when it says where a request comes from.
+    config = uvicorn.Config(
+        app, host=host, port=port, log_level="warning", access_log=False, server_header=False,
+        proxy_headers=bool(settings.public_url), timeout_keep_alive=30, limit_concurrency=2000,
+    )  # fmt: skip
+    try:
+        with _listening(host, port) as listener:
+            announce(_addresses(host, listener.getsockname()[1], settings, files))
+            uvicorn.Server(config).run(sockets=[listener])
+    finally:
+        store.close()
+
+
+def _listening(host: str, port: int) -> socket.socket:
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        return socket.create_server((host, port), family=family, backlog=2048)
+    except OSError as error:
+        raise UsageError(
+            f"--port: {host}:{port} can't be listened on ({error.strerror}), expected a free one"
+        ) from error
+
+
+def site_parameters(text: str) -> tuple[str, ...]:
+    """Names of recruiting parameters from a comma-separated list.
+
+    Raises:
+        UsageError: There is none, or one can't stand in a link.
+    """
+    names = tuple(name.strip() for name in text.split(",") if name.strip())
+    if not names or not all(re.fullmatch(r"\w{1,60}", name) for name in names):
+        raise UsageError(f"--parameters: found {text!r}, expected names of letters, digits and _, separated by commas")
+    return names
+
+
+def read_consent(path: Path) -> tuple[str, ...]:
+    """The paragraphs of a consent text.
+
+    Raises:
+        InputError: It can't be read or is empty.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(path, f"can't be read ({error})", "a text file in UTF-8") from error
+    paragraphs = tuple(line.strip() for line in lines if line.strip())
+    if not paragraphs:
+        raise InputError(path, "no text", "what participants agree to")
+    return paragraphs
+
+
+def _addresses(host: str, port: int, settings: Settings, files: SiteFiles) -> Addresses:
+    base = settings.public_url or f"http://{f'[{host}]' if ':' in host else host}:{port}"
+    link = f"{base}/?" + "&".join(f"{name}=..." for name in settings.parameters)
+    notes = []
+    if not settings.public_url:
+        reach = "only this machine can reach it" if host in LOOPBACK else "WITHOUT TLS: answers can be read on the way"
+        notes.append(
+            f"{reach}; to open it to others put a proxy with TLS (caddy, nginx) before this address on loopback and "
+            "start again with --public-url https://YOUR.HOST"
+        )
+    key = files.batch_dir / KEY_NAME
+    if key.stat().st_mode & 0o077:
+        notes.append(f"{key} can be read by other users of this machine, and it tells all answers: chmod 600 {key}")
+    return Addresses(link, f"{base}/admin", files.token, port, tuple(notes))

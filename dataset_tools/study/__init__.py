@@ -1,0 +1,1 @@
+"""The perceptual study: two methods' drawings side by side."""

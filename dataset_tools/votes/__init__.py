@@ -1,0 +1,1 @@
+"""What comes back: results, votes, who is reliable, what people agree on."""

@@ -1,0 +1,103 @@
+"""What a site's database holds, as answered questionnaires: for ingestion and for the download as CSV."""
+
+import csv
+import io
+import json
+import sqlite3
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+
+from dataset_tools.votes.results_csv import SITE, Answered
+from ncmodel.errors import InputError
+
+_FINISHED = """
+SELECT id, worker, questionnaire, started, finished FROM participants WHERE state = 'finished' ORDER BY finished, id
+"""
+FORMAT = "neural-contours site 1"
+"""What a site's database calls itself."""
+SQLITE_MAGIC = b"SQLite format 3\x00"
+
+
+def check_format(db: sqlite3.Connection, path: Path) -> None:
+    """Raise if a database isn't a site's.
+
+    Raises:
+        InputError: It is something else, or of another version.
+    """
+    try:
+        row = db.execute("SELECT value FROM meta WHERE name = 'format'").fetchone()
+    except sqlite3.Error as error:
+        raise InputError(path, f"no site's database ({error})", "what `ncontours crowd serve` writes") from error
+    if row is None or row[0] != FORMAT:
+        raise InputError(path, f"format {row[0] if row else 'unknown'}", FORMAT)
+
+
+def is_database(path: Path) -> bool:
+    """Whether a file is an SQLite database, by its first bytes."""
+    try:
+        with path.open("rb") as file:
+            return file.read(len(SQLITE_MAGIC)) == SQLITE_MAGIC
+    except OSError:
+        return False
+
+
+def read_site_results(path: Path) -> Iterator[Answered]:
+    """The questionnaires that were sent, in the order they came; those begun and not sent aren't among them.
+
+    Reads while the site runs, too.
+
+    Raises:
+        InputError: The file can't be read or isn't a site's database.
+    """
+    try:
+        db = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True, timeout=30.0)
+        try:
+            check_format(db, path)
+            db.execute("BEGIN")
+            for name, worker, questionnaire, started, finished in db.execute(_FINISHED):
+                rows = db.execute("SELECT field, value, seconds FROM answers WHERE participant = ?", (name,)).fetchall()
+                yield Answered(
+                    worker=worker,
+                    assignment=name,
+                    questionnaire=questionnaire,
+                    answers={field: value for field, value, _ in rows},
+                    seconds={field: seconds for field, _, seconds in rows if seconds > 0},
+                    total_seconds=max(0.0, finished - started),
+                    submitted=_iso(finished),
+                    source="site",
+                    where=f"{path}, participant {name}",
+                )
+        finally:
+            db.close()
+    except sqlite3.Error as error:
+        raise InputError(path, f"can't be read ({error})", "a site's database") from error
+
+
+def results_csv(path: Path) -> Iterator[str]:
+    """The same as lines of a results CSV, which `crowd ingest` reads as well."""
+    answered = list(read_site_results(path))
+    fields = sorted({field for one in answered for field in one.answers})
+    header = [
+        "RequesterAnnotation",
+        "AssignmentId",
+        "WorkerId",
+        "SubmitTime",
+        "WorkTimeInSeconds",
+        "Input.questionnaire",
+    ]
+    yield _line([*header, *(f"Answer.{field}" for field in fields), "Answer.seconds"])
+    for one in answered:
+        submitted = datetime.fromisoformat(one.submitted).strftime("%a %b %d %H:%M:%S UTC %Y")
+        cells = [SITE, one.assignment, one.worker, submitted, f"{one.total_seconds:.0f}", one.questionnaire]
+        yield _line([*cells, *(one.answers.get(field, "") for field in fields), json.dumps(dict(one.seconds))])
+
+
+def _line(cells: list[str]) -> str:
+    buffer = io.StringIO()
+    csv.writer(buffer, lineterminator="\n").writerow(cells)
+    return buffer.getvalue()
+
+
+def _iso(seconds: float) -> str:
+    return datetime.fromtimestamp(seconds, UTC).strftime("%Y-%m-%dT%H:%M:%SZ")

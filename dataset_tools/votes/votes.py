@@ -1,0 +1,197 @@
+"""Votes: one row for each question that a participant answered, whatever the answer was worth."""
+
+import csv
+import zlib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+from dataset_tools.questionnaires.identical_drawings import ALL_DIFFERENT, Twins, from_text, to_text
+from dataset_tools.questionnaires.questionnaire import NONE, Key, Question, Questionnaire
+from dataset_tools.votes.answer_file import (
+    AnswerFile,
+    Identity,
+    Ingested,
+    append,
+    read_rows,
+    to_cell,
+    to_seconds,
+    to_whole,
+)
+from dataset_tools.votes.results_csv import Answered, Problem
+from ncmodel.data.item import DRAWINGS, Item
+from ncmodel.errors import InputError
+from ncmodel.files import atomic
+
+
+@dataclass(frozen=True)
+class Vote:
+    """One answer to one question: a row of `votes.csv`.
+
+    Attributes:
+        worker: Who answered.
+        assignment: Identifies the answered questionnaire.
+        questionnaire: Which questionnaire.
+        question: Its place there, from 1.
+        shape: Shape asked about ("" where a key doesn't tell a sentinel's).
+        view: View asked about.
+        choice: Candidate index 0..7, or -1 for none of these. In a sentinel 0 is the artist's drawing.
+        sentinel: Whether the question checks the participant.
+        passed: For sentinels, whether the answer was right.
+        seconds: Time spent, None if unknown.
+        source: "mturk", "turkle", "site" or "simulated".
+        position: Where the chosen answer stood, 1..8; 0 for none of these; None if unknown or not answered.
+        submitted: When the questionnaire was sent, ISO 8601 in UTC; "" if unknown.
+        twins: Which of the drawings are the same picture.
+    """
+
+    worker: str
+    assignment: str
+    questionnaire: str
+    question: int
+    shape: str
+    view: str
+    choice: int
+    sentinel: bool
+    passed: bool | None
+    seconds: float | None
+    source: str
+    position: int | None = None
+    submitted: str = ""
+    twins: Twins = ALL_DIFFERENT
+
+    @property
+    def drawing(self) -> int:
+        """What the choice stands for: of drawings that are the same picture the first; -1 for none of these."""
+        return self.twins[self.choice] if self.choice >= 0 else -1
+
+    @property
+    def item(self) -> Item:
+        """What was voted on."""
+        return Item(self.shape, self.view)
+
+
+COLUMNS = tuple(one.name for one in fields(Vote))
+_OPTIONAL = ("position", "submitted", "twins")
+
+
+def votes_of(answered: Answered, questionnaire: Questionnaire) -> Iterator[Vote | Problem]:
+    """The votes in an answered questionnaire.
+
+    A question without an answer gives no vote, except that a sentinel counts as failed; one with an answer that it
+    doesn't offer gives a problem besides.
+    """
+    for question in questionnaire.questions:
+        sent = answered.answers.get(question.field, "")
+        choice = question.choice(sent)
+        if sent and choice is None and not (question.sentinel and len(question.options) < DRAWINGS):
+            offered = f"one of its {len(question.options)} values or {NONE}"
+            yield Problem(answered.where, f"{question.field} is {sent[:40]!r}; expected {offered}")
+        if choice is not None or question.sentinel:
+            yield _vote(answered, questionnaire, question, sent, choice)
+
+
+def _vote(answered: Answered, asked: Questionnaire, question: Question, sent: str, choice: int | None) -> Vote:
+    seconds = answered.seconds.get(question.field)
+    if seconds is None and answered.total_seconds is not None:
+        seconds = round(answered.total_seconds / len(asked.questions), 2)
+    return Vote(
+        worker=answered.worker,
+        assignment=answered.assignment,
+        questionnaire=asked.identifier,
+        question=question.number,
+        shape=question.item.shape if question.item else "",
+        view=question.item.view if question.item else "",
+        choice=-1 if choice is None else choice,
+        sentinel=question.sentinel,
+        passed=choice == 0 if question.sentinel else None,
+        seconds=seconds,
+        source=answered.source,
+        position=None if choice is None else question.position(sent),
+        submitted=answered.submitted,
+        twins=question.twins,
+    )
+
+
+def _identity(vote: Vote) -> Identity:
+    return vote.worker, vote.assignment, vote.questionnaire
+
+
+def _digest(vote: Vote) -> int:
+    return zlib.crc32(f"{vote.question} {vote.choice} {vote.passed}".encode())
+
+
+def ingest(answered: Iterable[Answered | Problem], key: Key, out: Path) -> Ingested:
+    """Append answered questionnaires to a vote file, as `ingestion.append` does.
+
+    Raises:
+        InputError: `out` exists and isn't a vote file, or there were problems and nothing else.
+    """
+
+    def interpret(one: Answered) -> list[Vote | Problem] | None:
+        questionnaire = key.questionnaires.get(one.questionnaire)
+        return None if questionnaire is None else list(votes_of(one, questionnaire))
+
+    file = AnswerFile(COLUMNS, read_votes, _to_row, _identity, _digest)
+    return append(answered, interpret, file, out)
+
+
+def read_votes(path: Path) -> Iterator[Vote]:
+    """The votes in a vote file, streamed.
+
+    Raises:
+        InputError: It can't be read, lacks a column, or has a row that makes no sense.
+    """
+    for where, row in read_rows(path, COLUMNS, _OPTIONAL, "a vote file"):
+        yield _from_row(where, row)
+
+
+def write_votes(path: Path, votes: Iterable[Vote]) -> None:
+    """Write a vote file."""
+    with atomic(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(COLUMNS)
+        writer.writerows(_to_row(vote) for vote in votes)
+
+
+def _to_row(vote: Vote) -> Sequence[str]:
+    cells = {name: to_cell(getattr(vote, name)) for name in COLUMNS}
+    return list({**cells, "twins": to_text(vote.twins)}.values())
+
+
+def _from_row(where: str, cells: Mapping[str, str]) -> Vote:
+    """A vote from a row of strings.
+
+    Raises:
+        InputError: A value makes no sense.
+    """
+    sentinel = cells["sentinel"] == "1"
+    for name in ("worker", "assignment") if sentinel else ("worker", "assignment", "shape", "view"):
+        if not cells[name]:
+            raise InputError(where, f"{name} is empty", "a value")
+    for name in ("sentinel", "passed"):
+        if cells[name] not in ("0", "1", "") or ((name == "sentinel" or sentinel) and not cells[name]):
+            raise InputError(where, f"{name} is {cells[name]!r}", "0 or 1")
+    return Vote(
+        worker=cells["worker"],
+        assignment=cells["assignment"],
+        questionnaire=cells["questionnaire"],
+        question=to_whole(where, "question", cells["question"], 1, 9999),
+        shape=cells["shape"],
+        view=cells["view"],
+        choice=to_whole(where, "choice", cells["choice"], -1, DRAWINGS - 1),
+        sentinel=sentinel,
+        passed=cells["passed"] == "1" if sentinel else None,
+        seconds=to_seconds(where, cells["seconds"]),
+        source=cells["source"],
+        position=to_whole(where, "position", cells["position"], 0, DRAWINGS) if cells["position"] else None,
+        submitted=cells["submitted"],
+        twins=_twins(where, cells["twins"]),
+    )
+
+
+def _twins(where: str, text: str) -> Twins:
+    try:
+        return from_text(text)
+    except ValueError as error:
+        raise InputError(where, f"twins is {text[:40]!r}", "4=0 5=1 where drawings repeat earlier ones") from error

@@ -1,0 +1,92 @@
+"""Whole `ncontours draw` processes: seconds and memory as a user meets them, start-up included."""
+
+import subprocess
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from dataset_tools.simulation.shapes import bumpy_torus
+from ncmodel.errors import NeuralContoursError
+from ncmodel.types import LineFamily, Mesh
+
+CASES: Mapping[str, str] = {
+    "contours": LineFamily.CONTOURS,
+    "all families": ",".join(LineFamily),
+}
+"""What is drawn -> the command's `--lines`."""
+
+LAUNCHER = """
+import os, sys, time
+begin = time.perf_counter()
+process = os.posix_spawn(sys.argv[1], sys.argv[1:], os.environ)
+_, status, usage = os.wait4(process, 0)
+print()
+print(time.perf_counter() - begin, usage.ru_utime + usage.ru_stime, usage.ru_maxrss)
+sys.exit(os.waitstatus_to_exitcode(status))
+"""
+"""Runs a command and prints what it used. A process's peak memory counts that of the one it was forked from, so the
+command must not be a child of the benchmark itself."""
+
+
+@dataclass(frozen=True)
+class ProcessRun:
+    """One run of the command.
+
+    Attributes:
+        case: What was drawn, a key of `CASES`.
+        faces: Of the mesh.
+        seconds: From start to exit.
+        processor_seconds: All threads, system time included.
+        peak_megabytes: Largest resident memory.
+    """
+
+    case: str
+    faces: int
+    seconds: float
+    processor_seconds: float
+    peak_megabytes: float
+
+
+def measure_processes(sizes: Sequence[int], advance: Callable[[str], None]) -> list[ProcessRun]:
+    """Draw a mesh of every size in every case, twice; the faster run counts, when all caches are warm.
+
+    Args:
+        sizes: Face counts.
+        advance: Called after each size.
+    """
+    found = []
+    with TemporaryDirectory() as folder:
+        for size in sizes:
+            path = Path(folder) / f"torus{size}.ply"
+            faces = write_ply(path, bumpy_torus(size))
+            for case, lines in CASES.items():
+                arguments = ["draw", str(path), "-o", str(Path(folder) / "drawing.svg"), "--lines", lines]
+                runs = [run_command(arguments, case, faces) for _ in range(2)]
+                found.append(min(runs, key=lambda run: run.seconds))
+            advance(f"{faces:,} faces")
+    return found
+
+
+def run_command(arguments: Sequence[str], case: str, faces: int) -> ProcessRun:
+    """Run `ncontours` with some arguments in a process of its own and account for it.
+
+    Raises:
+        NeuralContoursError: The command failed; with the last line of what it said.
+    """
+    command = [sys.executable, "-m", "ncmodel.cli.main", *arguments]
+    done = subprocess.run([sys.executable, "-S", "-c", LAUNCHER, *command], capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        last = done.stderr.strip().rpartition("\n")[2]
+        raise NeuralContoursError(f"ncontours {' '.join(arguments)} exited with {done.returncode}: {last}")
+    seconds, processor_seconds, kilobytes = (float(word) for word in done.stdout.splitlines()[-1].split())
+    return ProcessRun(case, faces, seconds, processor_seconds, kilobytes / 1024.0)
+
+
+def write_ply(path: Path, mesh: Mesh) -> int:
+    """Write a mesh as a binary PLY file; returns its number of faces."""
+    import trimesh
+
+    trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).export(path)
+    return len(mesh.faces)

@@ -1,0 +1,1 @@
+"""Drawings against drawings: measures, references, tables with intervals."""

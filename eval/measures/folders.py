@@ -1,0 +1,119 @@
+"""Folders of drawings against a folder of references: name by name, with what can't be measured left out and said."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from eval.measures.comparison import Comparison
+from eval.measures.evaluation import Evaluation, Score, Settings, Target
+from eval.measures.references import Pairing, find_drawings, pair_up
+from eval.measures.report import Album
+from eval.measures.thinning import binarise, read_ink
+from ncmodel.errors import InputError, NeuralContoursError, UsageError
+from ncmodel.types import Mask
+
+
+@dataclass(frozen=True)
+class FolderEvaluation:
+    """What came of the folders.
+
+    Attributes:
+        comparison: Method -> scores, over the names that every method has.
+        album: The pictures of the first method.
+        failures: One line for each name that could not be measured.
+    """
+
+    comparison: Comparison
+    album: Album
+    failures: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Folders:
+    """Where drawings, references and silhouettes lie.
+
+    Attributes:
+        drawings: Method -> its folder, NAME.png each; at least one.
+        references: NAME.png or NAME/*.png each.
+        silhouettes: NAME.png each, or `None`.
+    """
+
+    drawings: Mapping[str, Path]
+    references: Path
+    silhouettes: Path | None = None
+    pairings: dict[str, Pairing] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        pairings = {method: pair_up(folder, self.references) for method, folder in self.drawings.items()}
+        object.__setattr__(self, "pairings", pairings)
+        if self.silhouettes is not None:
+            find_drawings(self.silhouettes)
+
+    @property
+    def names(self) -> list[str]:
+        """The drawings that every method and the references have."""
+        first, *others = self.pairings.values()
+        return [name for name in first.drawings if all(name in other.drawings for other in others)]
+
+    def unmatched(self) -> Iterator[str]:
+        """One line for each name that lacks its counterpart."""
+        for method, pairing in self.pairings.items():
+            for name in pairing.without_reference:
+                yield f"{self.drawings[method] / name}.png: no reference of that name in {self.references}"
+            for name in pairing.without_drawing:
+                yield f"{name}: a reference without a drawing in {self.drawings[method]}"
+
+    def target(self, name: str, settings: Settings) -> Target:
+        """The references of one name, prepared.
+
+        Raises:
+            InputError: A picture can't be read.
+            UsageError: Sizes differ.
+        """
+        paths = next(iter(self.pairings.values())).references[name]
+        references = {path.relative_to(self.references).as_posix(): read_ink(path) for path in paths}
+        return Target.of(name, references, settings, self._silhouette(name))
+
+    def _silhouette(self, name: str) -> Mask | None:
+        return None if self.silhouettes is None else binarise(read_ink(self.silhouettes / f"{name}.png"))
+
+
+def evaluate_folders(folders: Folders, settings: Settings, advance: Callable[[str], None]) -> FolderEvaluation:
+    """Measure everything that can be measured.
+
+    Args:
+        folders: Where the pictures are.
+        settings: How drawings are compared.
+        advance: Called with each name when it is done.
+
+    Raises:
+        InputError: Nothing could be measured.
+    """
+    failures = list(folders.unmatched())
+    scores: dict[str, list[Score]] = {method: [] for method in folders.drawings}
+    album = Album()
+    for name in folders.names:
+        try:
+            found = _evaluate_name(folders, name, settings, album)
+        except UsageError as error:
+            failures.append(str(error))
+        except NeuralContoursError as error:
+            failures.append(f"{name}: {error}")
+        else:
+            for method, measured in found.items():
+                scores[method] += measured
+        advance(name)
+    if not album.rows:
+        raise InputError(folders.references, f"nothing could be measured ({failures[0]})", "comparable drawings")
+    evaluations = {method: Evaluation(tuple(measured), settings) for method, measured in scores.items()}
+    return FolderEvaluation(Comparison(evaluations), album, tuple(failures))
+
+
+def _evaluate_name(folders: Folders, name: str, settings: Settings, album: Album) -> dict[str, tuple[Score, ...]]:
+    target = folders.target(name, settings)
+    inks = {method: read_ink(pairing.drawings[name]) for method, pairing in folders.pairings.items()}
+    lines = {method: target.prepare(ink) for method, ink in inks.items()}
+    scores = {method: target.scores(drawing) for method, drawing in lines.items()}
+    first = next(iter(inks))
+    album.add(target, inks[first], lines[first], scores[first])
+    return scores

@@ -1,0 +1,181 @@
+"""An evaluation as files: report.json with every number, report.html to look at."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from eval.measures.comparison import COLUMNS, Comparison, comparison_table, shown
+from eval.measures.evaluation import Evaluation, Score, Target
+from eval.measures.metrics import MEASURES, Lines
+from ncmodel.files import write_text
+from ncmodel.images import Pixels, from_ink, shrink
+from ncmodel.report.contact_sheet import Tile
+from ncmodel.report.html import Block, Cell, Facts, Fold, Grid, Section, Table, Text, write_report
+from ncmodel.types import Image, Mask
+
+HIT = (70, 70, 70)
+EXTRA = (213, 94, 0)
+MISS = (0, 114, 178)
+REMOVED = (236, 236, 230)
+"""Colours of an overlay: grey, vermilion, blue (told apart with any colour vision), and a tint for the silhouette."""
+
+PICTURE_SIDE = 480
+"""Longest side of the pictures in a report, pixels."""
+
+LEGEND = (
+    "Overlays: grey lines are near the other drawing (hits), orange ones are drawn but not in the reference (extras), "
+    "blue ones are in the reference but not drawn (misses). A pale band marks the silhouette, which isn't counted."
+)
+
+
+@dataclass
+class Album:
+    """The pictures of an evaluation, gathered drawing by drawing and shrunk at once.
+
+    Attributes:
+        rows: Drawing's name -> the drawing itself, then for each reference the overlay with it.
+    """
+
+    rows: dict[str, list[Tile]] = field(default_factory=dict)
+
+    def add(self, target: Target, ink: Image, drawing: Lines, scores: Sequence[Score]) -> None:
+        """Keep the pictures of one drawing and its comparisons."""
+        tiles = [Tile(shrink(from_ink(ink), PICTURE_SIDE), "the drawing")]
+        for score in scores:
+            reference = target.references[score.reference]
+            pixels = overlay(drawing, reference, target.settings.tolerance_pixels, target.removed)
+            caption = f"{score.reference}: F1 {shown('f1', score.measures.f1)}"
+            tiles.append(Tile(shrink(pixels, PICTURE_SIDE), caption, f"overlay with {caption}"))
+        self.rows[target.name] = tiles
+
+
+def overlay(drawing: Lines, reference: Lines, tolerance: float, removed: Mask | None = None) -> Pixels:
+    """(H, W, 3) a drawing over its reference: hits, extras and misses in their colours.
+
+    Args:
+        drawing: The synthetic drawing.
+        reference: The reference, of the same size.
+        tolerance: Pixels up to which two pixels are near each other.
+        removed: (H, W) the band taken away from both.
+    """
+    picture = np.full((*drawing.mask.shape, 3), 255, dtype=np.uint8)
+    if removed is not None:
+        picture[removed] = REMOVED
+    near_reference, near_drawing = (_near(lines, tolerance) for lines in (reference, drawing))
+    picture[_thick(drawing.mask & near_reference)] = HIT
+    picture[_thick(drawing.mask & ~near_reference)] = EXTRA
+    picture[_thick(reference.mask & ~near_drawing)] = MISS
+    return picture
+
+
+def _near(lines: Lines, tolerance: float) -> Mask:
+    if lines.distance is None:
+        return np.zeros_like(lines.mask)
+    return np.asarray(lines.distance <= tolerance)
+
+
+def _thick(mask: Mask) -> Mask:
+    """Lines of one pixel made as wide as they must be to show when the picture is scaled down to `PICTURE_SIDE`."""
+    side = 2 * max(1, round(max(mask.shape) / PICTURE_SIDE)) + 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+    return np.asarray(cv2.dilate(mask.astype(np.uint8), disc) > 0)
+
+
+def record(
+    comparison: Comparison, failures: Sequence[str] = (), page: Mapping[str, float] | None = None
+) -> dict[str, object]:
+    """The content of report.json.
+
+    Args:
+        comparison: The methods' scores; the report is about the first, the others' means stand beside it.
+        failures: One line for each item that could not be measured.
+        page: Millimetres behind the tolerance, if it was given so.
+    """
+    method, evaluation = next(iter(comparison.evaluations.items()))
+    return {
+        "drawings": [score.to_record() for score in evaluation.scores],
+        "mean": asdict(evaluation.mean),
+        "interval": {name: asdict(comparison.interval(method, name)) for name in MEASURES},
+        "settings": {**asdict(evaluation.settings), **(page or {})},
+        "methods": {name: asdict(comparison.mean(name)) for name in comparison.evaluations},
+        "failures": list(failures),
+    }
+
+
+def write_evaluation(
+    folder: str | Path,
+    comparison: Comparison,
+    album: Album,
+    failures: Sequence[str] = (),
+    page: Mapping[str, float] | None = None,
+) -> dict[str, object]:
+    """Write report.json and report.html into a folder, which is made if needed.
+
+    Args:
+        folder: Where to.
+        comparison: The methods' scores; the first one's drawings are shown.
+        album: Its pictures.
+        failures: One line for each item that could not be measured.
+        page: Millimetres behind the tolerance, if it was given so.
+
+    Returns:
+        The content of report.json.
+    """
+    root = Path(folder)
+    root.mkdir(parents=True, exist_ok=True)
+    content = record(comparison, failures, page)
+    write_text(root / "report.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
+    parts = sections(comparison, album, failures, page or {})
+    write_report(root / "report.html", "Evaluation of line drawings", parts, _lead(comparison))
+    return content
+
+
+def sections(comparison: Comparison, album: Album, failures: Sequence[str], page: Mapping[str, float]) -> list[Section]:
+    """The parts of the page: means and settings, each drawing's numbers, pictures."""
+    evaluation = next(iter(comparison.evaluations.values()))
+    settings = {**asdict(evaluation.settings), **page}
+    summary: list[Block] = [comparison_table(comparison, _CAPTION)]
+    if failures:
+        summary.append(Text(f"{len(failures)} not measured: {'; '.join(failures)}", "warning"))
+    summary.append(Facts([(name.replace("_", " "), _in_words(value)) for name, value in settings.items()]))
+    pictures: list[Block] = [Text(LEGEND, "note")]
+    pictures += [Grid(tiles, name, columns=4, max_side=PICTURE_SIDE) for name, tiles in album.rows.items()]
+    return [
+        Section("Means", summary),
+        Section("Drawings", [Fold(f"All {len(evaluation.scores)} comparisons", [scores_table(evaluation)])]),
+        Section("Pictures", pictures),
+    ]
+
+
+def _in_words(value: float | bool) -> str:
+    return ("no", "yes")[value] if isinstance(value, bool) else f"{value:g}"
+
+
+def scores_table(evaluation: Evaluation) -> Table:
+    """One row a comparison of a drawing with a reference."""
+    rows: list[list[Cell | str]] = []
+    for score in evaluation.scores:
+        values = {name: getattr(score.measures, name) for name in COLUMNS}
+        cells = [Cell(shown(name, value), value) for name, value in values.items()]
+        rows.append([score.name, score.reference, *cells])
+    return Table(["Drawing", "Reference", *COLUMNS.values()], rows)
+
+
+_CAPTION = (
+    "IoU, F1, P (precision) and R (recall) in per cent, CD (symmetric Chamfer distance) in pixels; in small print the "
+    "95 % confidence interval over resampled shapes. The best IoU, CD and F1 are bold."
+)
+
+
+def _lead(comparison: Comparison) -> str:
+    evaluation = next(iter(comparison.evaluations.values()))
+    names = {score.name for score in evaluation.scores}
+    return (
+        f"{len(names)} drawings of {len(set(comparison.shapes))} shapes against {len(evaluation.scores)} references, "
+        "all thinned to one pixel; two pixels are near each other up to "
+        f"{evaluation.settings.tolerance_pixels:g} pixels apart."
+    )

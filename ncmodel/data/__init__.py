@@ -1,0 +1,1 @@
+"""What stages exchange on disk: items, data folders, ranking pairs."""

@@ -1,0 +1,147 @@
+"""A drawing: strokes on a picture plane, what they show, and how they are written."""
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Self
+
+from ncmodel.camera import Camera
+from ncmodel.errors import InputError, UsageError
+from ncmodel.export.page import WIDTH, Picture
+from ncmodel.export.pdf import pdf
+from ncmodel.export.png import ink, png
+from ncmodel.export.svg import svg
+from ncmodel.files import write_bytes
+from ncmodel.types import Image, LineFamily, Stroke, Thresholds, Trace
+
+DEFAULT_FAMILIES = (
+    LineFamily.CONTOURS,
+    LineFamily.BOUNDARIES,
+    LineFamily.CREASES,
+    LineFamily.SUGGESTIVE,
+    LineFamily.APPARENT,
+)
+"""Drawn unless told otherwise. Ridges and valleys aren't: they show the mesh's roughness before its form."""
+SUFFIXES = (".svg", ".png", ".pdf")
+"""The file formats that a drawing is written in."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a drawing shows.
+
+    Attributes:
+        families: The families asked for or chosen; those whose threshold is None are left out.
+        thresholds: Of the filtered families.
+        p90: Units of thresholds in "p90"; those that are missing are measured in the view.
+        strokes: Lines that don't come from the mesh: those of a model's image branch.
+        score: The model's score of its choice, if one chose.
+        evaluations: How many drawings it scored.
+    """
+
+    families: tuple[LineFamily, ...] = DEFAULT_FAMILIES
+    thresholds: Thresholds = field(default_factory=Thresholds)
+    p90: Mapping[LineFamily, float] = field(default_factory=dict)
+    strokes: tuple[Stroke, ...] = ()
+    score: float | None = None
+    evaluations: int = 0
+
+    @property
+    def drawn(self) -> tuple[LineFamily, ...]:
+        """The families that are drawn."""
+        return tuple(family for family in self.families if self.thresholds.of(family) is not None)
+
+
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """Strokes on a picture plane; shows itself in a notebook.
+
+    Attributes:
+        camera: What it was drawn through, and its size.
+        strokes: The lines.
+        name: The shape's name.
+        plan: What it shows.
+        notes: What the reader should know about how it came to be.
+        trace: What was computed, and how long it took.
+    """
+
+    camera: Camera
+    strokes: tuple[Stroke, ...]
+    name: str = "drawing"
+    plan: Plan = field(default_factory=Plan)
+    notes: tuple[str, ...] = ()
+    trace: Trace = field(default_factory=Trace)
+
+    @property
+    def width(self) -> int:
+        """Pixels."""
+        return self.camera.width
+
+    @property
+    def height(self) -> int:
+        """Pixels."""
+        return self.camera.height
+
+    def ink(self, width: float = WIDTH) -> Image:
+        """(H, W) ink in [0, 1].
+
+        Args:
+            width: Line width, in pixels of a picture whose shorter side is 768; lines grow with the picture.
+        """
+        return ink(self.picture(width))
+
+    def svg(self, width: float = WIDTH, background: str | None = None) -> str:
+        """The drawing as an SVG document; arguments as for `save`."""
+        return svg(self.picture(width, background))
+
+    def save(self, path: str | Path, width: float = WIDTH, background: str | None = None) -> None:
+        """Write an .svg, .png or .pdf file.
+
+        Args:
+            path: Where to; the suffix says in which format.
+            width: Line width, in pixels of a picture whose shorter side is 768; lines grow with the picture.
+            background: "#rrggbb", "white", "black" or "transparent"; None paints none in vector files, white in PNG.
+
+        Raises:
+            UsageError: The suffix, the width or the background is something else.
+            InputError: There is no such folder.
+        """
+        check_output(path)
+        writers = {".svg": lambda p: svg(p).encode(), ".png": png, ".pdf": pdf}
+        write_bytes(path, writers[Path(path).suffix.lower()](self.picture(width, background)))
+
+    def picture(self, width: float = WIDTH, background: str | None = None) -> Picture:
+        """The strokes with a line width and a background."""
+        return Picture(self.width, self.height, self.strokes, width, background, self.name)
+
+    def sorted_for_pen(self) -> Self:
+        """The same drawing with each family's strokes in an order that keeps the pen's way in the air short."""
+        from ncmodel.export.linesort import pen_order
+
+        families = dict.fromkeys(stroke.family for stroke in self.strokes)
+        ordered = [pen_order([s for s in self.strokes if s.family == family]) for family in families]
+        return replace(self, strokes=tuple(stroke for strokes in ordered for stroke in strokes))
+
+    def __repr__(self) -> str:
+        counts = Counter(stroke.family for stroke in self.strokes)
+        lines = ", ".join(f"{count} {family}" for family, count in counts.items()) or "none"
+        return f"Drawing({self.name!r}, {self.width} x {self.height}, strokes: {lines})"
+
+    def _repr_svg_(self) -> str:
+        # On white paper: black lines on a notebook's dark page wouldn't show.
+        return self.svg(background="white")
+
+
+def check_output(path: str | Path) -> None:
+    """Raise if no drawing can be written there.
+
+    Raises:
+        UsageError: The suffix is none of `SUFFIXES`.
+        InputError: There is no such folder.
+    """
+    if Path(path).suffix.lower() not in SUFFIXES:
+        found = f"the suffix is {Path(path).suffix!r}" if Path(path).suffix else "no suffix"
+        raise UsageError(f"{path}: {found}, expected {', '.join(SUFFIXES)}, or an existing folder")
+    if not Path(path).parent.is_dir():
+        raise InputError(path, f"there is no folder {Path(path).parent}", "a folder that exists")

@@ -1,0 +1,107 @@
+"""A page: strokes with their widths and shades, the same in SVG, PDF and PNG.
+
+Vector files hold one group a family, faint families first. A stroke that tapers is cut into pieces of one shade each;
+everything else is one path. Shades are colours between ink and paper, not opacities, and blended so that the stronger
+one shows where strokes cross or pieces overlap, as they do by `OVERLAP`: a PNG is composited so; opacities would add.
+Programs that know no blending paint the later stroke over the earlier one. Paper is left unpainted unless a background
+is asked for; PNG files are black on white then.
+"""
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ncmodel.errors import UsageError
+from ncmodel.types import LineFamily, Stroke
+
+WIDTH = 2.5
+"""Line width at 768 pixels, unless told otherwise."""
+REFERENCE_SIDE = 768
+"""The shorter side, in pixels, at which widths are stated; they grow with it."""
+RELATIVE_WIDTH = {LineFamily.RIDGES.value: 0.8, LineFamily.VALLEYS.value: 0.8}
+"""Widths of families relative to the others', as rtsc draws them: 2 pixels where others have 2.5."""
+
+_GROUPS = ("image", "valleys", "ridges", "suggestive", "apparent", "creases", "boundaries", "contours")
+_WHITE, _BLACK = (255, 255, 255), (0, 0, 0)
+_NAMED = {"white": _WHITE, "black": _BLACK}
+_LUMA = (0.299, 0.587, 0.114)
+
+
+Colour = tuple[int, int, int]
+"""Red, green and blue in 0..255."""
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """Strokes on a page, ready to be written.
+
+    Attributes:
+        width: Pixels.
+        height: Pixels.
+        strokes: What is drawn.
+        line_width: Pixels, for a picture whose shorter side is `REFERENCE_SIDE`.
+        background: "#rrggbb", "white", "black"; None leaves the paper as it is (white, in a PNG) and "transparent" does
+            so in a PNG, too.
+        title: What is shown.
+
+    Raises:
+        UsageError: The line width isn't a positive number, or the background is none of these.
+    """
+
+    width: int
+    height: int
+    strokes: Sequence[Stroke]
+    line_width: float = WIDTH
+    background: str | None = None
+    title: str = "drawing"
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.line_width < np.inf:
+            raise UsageError(f"--width: found {self.line_width}, expected a positive number of pixels")
+        colour(self.background)
+
+    def width_of(self, family: str) -> float:
+        """The width of a family's lines, in this picture's pixels."""
+        scale = min(self.width, self.height) / REFERENCE_SIDE
+        return self.line_width * RELATIVE_WIDTH.get(family, 1.0) * scale
+
+    @property
+    def inks(self) -> tuple[Colour, Colour]:
+        """The colours of paper and lines: black on light paper, white on dark paper."""
+        paper = colour(self.background) or _WHITE
+        return paper, _BLACK if np.dot(paper, _LUMA) >= 127.5 else _WHITE
+
+    def shade(self, opacity: float) -> Colour:
+        """The colour of a line of an opacity in [0, 1]."""
+        paper, line = self.inks
+        red, green, blue = (round(p + opacity * (q - p)) for p, q in zip(paper, line, strict=True))
+        return red, green, blue
+
+    @property
+    def blending(self) -> str:
+        """The blend mode, in CSS, in which the stronger of two shades shows."""
+        return "darken" if self.inks[1] == _BLACK else "lighten"
+
+    def groups(self) -> Iterator[tuple[str, list[Stroke]]]:
+        """Families that have strokes, with their strokes, in the order in which they are painted."""
+        present = {stroke.family for stroke in self.strokes}
+        for family in [name for name in _GROUPS if name in present] + sorted(present.difference(_GROUPS)):
+            yield family, [stroke for stroke in self.strokes if stroke.family == family]
+
+
+def colour(name: str | None) -> Colour | None:
+    """The colour of that name; None for None and "transparent".
+
+    Raises:
+        UsageError: `name` isn't a colour.
+    """
+    if name is None or name == "transparent":
+        return None
+    if name in _NAMED:
+        return _NAMED[name]
+    if isinstance(name, str) and re.fullmatch("#[0-9a-fA-F]{6}", name):
+        value = int(name[1:], 16)
+        return value >> 16, value >> 8 & 255, value & 255
+    raise UsageError(f"--background: found {name!r}, expected #rrggbb, white, black or transparent")

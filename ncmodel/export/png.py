@@ -1,0 +1,38 @@
+"""Drawings as pixels: their ink, and PNG files."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ncmodel.export.page import Picture
+from ncmodel.export.rasterize import draw_segments
+from ncmodel.types import Image
+
+
+def ink(picture: Picture) -> Image:
+    """(H, W) ink in [0, 1]."""
+    image = np.zeros((picture.height, picture.width), dtype=np.float32)
+    for family, strokes in picture.groups():
+        points = np.concatenate([np.stack([s.points[:-1], s.points[1:]], axis=1) for s in strokes])
+        alpha = np.concatenate([np.stack([s.alpha[:-1], s.alpha[1:]], axis=1) for s in strokes])
+        image = draw_segments(points, alpha, picture.width_of(family), image.shape, onto=image)
+    return image
+
+
+def png(picture: Picture) -> bytes:
+    """A PNG file: grey on white, colours on a background, or black with transparency."""
+    import cv2
+
+    cover = ink(picture)
+    paper, line = (np.array(c[::-1], dtype=np.float32) / 255 for c in picture.inks)
+    if picture.background == "transparent":
+        pixels = np.zeros((*cover.shape, 4), dtype=np.uint8)
+        pixels[..., 3] = _bytes(cover)
+    elif len(set(paper.tolist())) == 1:
+        pixels = _bytes(paper[0] + cover * (line[0] - paper[0]))
+    else:
+        pixels = _bytes(paper + cover[..., None] * (line - paper))
+    return bytes(cv2.imencode(".png", pixels, [cv2.IMWRITE_PNG_COMPRESSION, 4])[1])
+
+
+def _bytes(values: NDArray[np.floating]) -> NDArray[np.uint8]:
+    return np.asarray(np.round(values * 255), dtype=np.uint8)

@@ -1,0 +1,147 @@
+"""Edges of a mesh: borders, creases, whether it is closed (docs/geometry.md 10)."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ncmodel.geometry.adjacency import Offsets, Rings
+from ncmodel.geometry.normals_areas import Indices, check_columns, sides_of
+from ncmodel.jit import kernel
+from ncmodel.types import Floats, Ints, LineFamily, LineSet
+
+
+@dataclass(frozen=True, eq=False)
+class Edges:
+    """Some edges of a mesh.
+
+    Attributes:
+        ends: (n, 2) vertex indices, in the direction of `face`.
+        face: (n,) an adjacent face.
+    """
+
+    ends: Ints
+    face: Ints
+
+    def __len__(self) -> int:
+        return len(self.ends)
+
+    def lines(self, family: LineFamily, vertices: Floats) -> LineSet:
+        """The edges as lines that no threshold filters."""
+        ones = np.ones((len(self.ends), 2))
+        return LineSet(family, vertices[self.ends], self.face, ones, ones)
+
+
+def is_closed(faces: Indices) -> bool:
+    """Whether the directed sides pair off with opposite ones: no border, no turned neighbour, no side too many.
+
+    Sums a hash of every side less one of its reverse; a mesh that isn't closed passes in one of 2^64 cases.
+    """
+    return bool(_closed(faces))
+
+
+def boundary_edges(rings: Rings) -> Edges:
+    """Directed sides without an oppositely directed twin, in face order."""
+    return _in_face_order(rings, *_unpaired(rings.starts, rings.around))
+
+
+def creases(vertices: Floats, rings: Rings, angle: float) -> Edges:
+    """Edges between oppositely directed sides whose faces' normals differ by more than `angle` radians, in face order.
+
+    Where more than two faces meet, one sharp pair is enough; degenerate faces don't count.
+    """
+    return _in_face_order(rings, *_sharp(vertices, rings.starts, rings.around, math.cos(angle)))
+
+
+def _in_face_order(rings: Rings, start: Indices, corner: Indices) -> Edges:
+    """Sides from vertex `start` to the vertex that follows it at `corner` of the rings."""
+    face, end = rings.face[corner], rings.around[corner, 0]
+    order = np.argsort(face, kind="stable")
+    return Edges(np.stack([start, end], axis=1)[order].astype(np.int64), face[order].astype(np.int64))
+
+
+@kernel
+def _closed(faces: Indices) -> bool:
+    check_columns(faces, 3)
+    total = np.uint64(0)
+    for f in range(len(faces)):
+        for c in range(3):
+            i, j = np.uint64(faces[f, c]), np.uint64(faces[f, (c + 1) % 3])
+            total += _mixed(i, j) - _mixed(j, i)
+    return bool(total == np.uint64(0))
+
+
+@kernel
+def _mixed(i: np.uint64, j: np.uint64) -> np.uint64:
+    """A 64-bit hash of an ordered pair (the finaliser of Steele et al. 2014)."""
+    x = (i << np.uint64(32)) ^ j
+    x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return x ^ (x >> np.uint64(31))
+
+
+@kernel
+def _unpaired(starts: Offsets, around: Indices) -> tuple[Indices, Indices]:
+    """Sides (start vertex, ring corner) from a vertex to its next, whom no face has as the vertex's previous one."""
+    vertex = np.empty(len(around), dtype=np.uint32)
+    corner = np.empty(len(around), dtype=np.uint32)
+    previous_of = np.full(len(starts), -1, dtype=np.int32)
+    size = 0
+    for v in range(len(starts) - 1):
+        for n in range(starts[v], starts[v + 1]):
+            previous_of[around[n, 1]] = v
+        for n in range(starts[v], starts[v + 1]):
+            vertex[size], corner[size] = v, n
+            size += previous_of[around[n, 0]] != v
+    return vertex[:size].copy(), corner[:size].copy()
+
+
+@kernel
+def _sharp(vertices: Floats, starts: Offsets, around: Indices, least_cosine: float) -> tuple[Indices, Indices]:
+    """Sides (start vertex, ring corner) where the surface bends, each edge once, from its end of lower index."""
+    vertex = np.empty(len(around), dtype=np.uint32)
+    corner = np.empty(len(around), dtype=np.uint32)
+    # For each neighbour, the last corner from which a side leaves to it, and at which one arrives from it. Entries of
+    # other rings lie before the current one's begin.
+    leaving = np.full(len(starts), -1, dtype=np.int32)
+    arriving = np.full(len(starts), -1, dtype=np.int32)
+    done = np.full(len(starts), -1, dtype=np.int32)
+    size = 0
+    for v in range(len(starts) - 1):
+        begin, end = starts[v], starts[v + 1]
+        for n in range(begin, end):
+            leaving[around[n, 0]] = n
+            arriving[around[n, 1]] = n
+        for n in range(begin, end):
+            # The side to the next vertex; and that from the previous one, if it isn't the twin of every leaving side.
+            following, previous = around[n, 0], around[n, 1]
+            for far, a, b in ((following, n, arriving[following]), (previous, leaving[previous], n)):
+                extra = far == following or arriving[far] != n
+                if far <= v or not extra or done[far] == v or min(a, b) < begin:
+                    continue
+                if around[a, 1] == around[b, 0] and _sides_between(around, begin, end, far) > 2:
+                    continue  # a face and its copy turned over bend nowhere but at the sheet's border
+                if _cosine_between(vertices, v, far, around[a, 1], around[b, 0]) < least_cosine:
+                    vertex[size], corner[size], done[far] = v, a, v
+                    size += 1
+    return vertex[:size].copy(), corner[:size].copy()
+
+
+@kernel
+def _sides_between(around: Indices, begin: int, end: int, far: int) -> int:
+    """How many sides run between the vertex of ring corners [begin, end) and `far`."""
+    count = 0
+    for n in range(begin, end):
+        count += int(around[n, 0] == far) + int(around[n, 1] == far)
+    return count
+
+
+@kernel
+def _cosine_between(vertices: Floats, v: int, far: int, left: int, right: int) -> float:
+    """Cosine of the angle between the normals of faces (v, far, left) and (v, right, far); 1 if one is degenerate."""
+    a, flat_a = sides_of(vertices, v, far, left)
+    b, flat_b = sides_of(vertices, v, right, far)
+    if flat_a or flat_b:
+        return 1.0
+    dot = a[9] * b[9] + a[10] * b[10] + a[11] * b[11]
+    return float(dot / math.sqrt((a[9] ** 2 + a[10] ** 2 + a[11] ** 2) * (b[9] ** 2 + b[10] ** 2 + b[11] ** 2)))

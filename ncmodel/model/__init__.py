@@ -1,0 +1,1 @@
+"""The learned model at work: maps, equations 1-5, scores, the search for thresholds."""

@@ -1,0 +1,183 @@
+"""The trained model: which lines of a view to draw, and which to add that geometry doesn't know of.
+
+Three variants, as the paper's ablation has them: "full" is both branches merged; "geometry" leaves the image branch
+out; "image" is the image branch alone, for which no line of the mesh is computed. A checkpoint without one of the
+networks offers what is left.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import torch
+
+from ncmodel.errors import UsageError
+from ncmodel.export.rasterize import draw_segments
+from ncmodel.model.letterbox import Square
+from ncmodel.model.maps import LINE_WIDTH, line_maps, network_maps
+from ncmodel.model.ridge_detection import find_ridges, polylines
+from ncmodel.model.score import DrawingScore
+from ncmodel.model.threshold_search import Budget, Optimum, budget_named, optimise
+from ncmodel.nets.blocks import threads_for
+from ncmodel.nets.checkpoints import Checkpoint, load_checkpoint
+from ncmodel.nets.presets import BACKGROUND
+from ncmodel.scene.view import View
+from ncmodel.tracing import timed
+from ncmodel.types import FILTERED_FAMILIES, Image, LineFamily, Stroke, Thresholds
+
+Variant = Literal["full", "geometry", "image"]
+
+SEEN_SIDE = 768
+"""Shorter side, pixels, of the pictures that the networks' inputs are averaged from: that of the training views, whose
+lines are as thin. Larger and smaller drawings get the thresholds chosen at this size."""
+
+LONGEST_SIDE = 4 * SEEN_SIDE
+"""Longer side that such a picture has at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """What the model draws of a view.
+
+    Attributes:
+        variant: "full", "geometry" or "image": what actually took part.
+        families: The mesh's families to draw.
+        thresholds: In units of the 90th percentile; None where a family is left out.
+        p90: Family -> the 90th percentile that is the unit of its threshold.
+        strokes: The image branch's lines I_L, in the view's pixels.
+        optimum: How the thresholds were found; None for the image branch alone.
+    """
+
+    variant: Variant
+    families: tuple[LineFamily, ...]
+    thresholds: Thresholds
+    p90: dict[LineFamily, float]
+    strokes: tuple[Stroke, ...]
+    optimum: Optimum | None
+
+
+class Model:
+    """Trained networks, ready to draw.
+
+    Args:
+        checkpoint: The networks.
+    """
+
+    def __init__(self, checkpoint: Checkpoint) -> None:
+        self.checkpoint = checkpoint
+        for network in checkpoint.networks.values():
+            network.eval().requires_grad_(False)
+            network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+
+    @property
+    def variants(self) -> tuple[Variant, ...]:
+        """What this model can draw; the first one uses all that it has."""
+        needs: dict[Variant, tuple[str, ...]] = {
+            "full": ("ranker", "translator"),
+            "geometry": ("ranker",),
+            "image": ("translator",),
+        }
+        return tuple(variant for variant, names in needs.items() if set(names) <= set(self.checkpoint.networks))
+
+    def choose(
+        self,
+        view: View,
+        variant: Variant | None = None,
+        budget: Budget | str = "balanced",
+        families: Sequence[LineFamily] = FILTERED_FAMILIES,
+    ) -> Choice:
+        """Decide what to draw of a view.
+
+        Args:
+            view: The view.
+            variant: Which branches take part; all that the model has by default.
+            budget: How thoroughly thresholds are searched: "draft", "balanced", "accurate", or a budget of your own.
+            families: The filtered families that may be drawn.
+
+        Raises:
+            UsageError: The model lacks a network that the variant needs, or there is no such budget.
+        """
+        budget = budget_named(budget) if isinstance(budget, str) else budget
+        variant = variant or self.variants[0]
+        if variant not in self.variants:
+            raise UsageError(f"variant: found {variant!r}, this model offers {', '.join(self.variants)}")
+        seen = _as_seen(view)
+        maps = network_maps(seen)
+        strokes = () if variant == "geometry" else self._image_lines(maps, seen)
+        choice = Choice(variant, (), Thresholds(None, None, None, None, unit="p90"), {}, strokes, None)
+        if variant != "image":
+            choice = self._with_geometry(choice, seen, maps, budget, families)
+        scale = view.camera.width / seen.camera.width
+        return replace(choice, strokes=tuple(replace(s, points=s.points * scale) for s in choice.strokes))
+
+    def probability(self, maps: Image) -> Image:
+        """(S, S) line probability that the image branch sees in (7, H, W) maps, at its own resolution.
+
+        Raises:
+            UsageError: The model has no image branch.
+        """
+        translator = self.checkpoint.translator
+        if translator is None:
+            raise UsageError("this model has no image branch")
+        square = Square(maps.shape[1], maps.shape[2], translator.dims.size)
+        with torch.inference_mode():
+            found: Image = translator(torch.from_numpy(square.fit(maps, BACKGROUND))[None])[0, 0].numpy()
+        return found
+
+    def _image_lines(self, maps: Image, seen: View) -> tuple[Stroke, ...]:
+        """The image branch's lines, in the pixels of the maps."""
+        with timed(seen.trace, "image_branch"):
+            probability = self.probability(maps)
+        with timed(seen.trace, "ridges"):
+            square = Square(maps.shape[1], maps.shape[2], probability.shape[0])
+            return polylines(find_ridges(probability), square)
+
+    def _with_geometry(
+        self, choice: Choice, seen: View, maps: Image, budget: Budget, families: Sequence[LineFamily]
+    ) -> Choice:
+        """The choice with thresholds and families decided by the ranking module."""
+        ranker = self.checkpoint.ranker
+        assert ranker is not None
+        lines = line_maps(seen, families)
+        image = _drawn(choice.strokes, seen) if choice.strokes else None
+        with timed(seen.trace, "threshold_search"), threads_for(ranker.dims.width):
+            score = DrawingScore(ranker, maps, lines, image, budget.mirrored)
+            optimum = optimise(score, budget)
+        chosen: dict[LineFamily, float] = {}
+        for index, family in enumerate(FILTERED_FAMILIES):
+            # From the largest feature on, a threshold leaves no line: the family is off.
+            if optimum.present[index] and optimum.thresholds[index] < score.level(index, 0.0):
+                chosen[family] = optimum.thresholds[index]
+        thresholds = choice.thresholds.with_values(**{family.value: t for family, t in chosen.items()})
+        kept = [LineFamily.CONTOURS, *([LineFamily.BOUNDARIES] if optimum.boundaries else []), *chosen]
+        p90 = {family: float(lines.p90[index]) for index, family in enumerate(FILTERED_FAMILIES)}
+        return replace(choice, families=tuple(kept), thresholds=thresholds, p90=p90, optimum=optimum)
+
+
+def load_model(path: str | Path) -> Model:
+    """Read a checkpoint, ready to draw.
+
+    Raises:
+        InputError: The file isn't a checkpoint, or is damaged.
+    """
+    return Model(load_checkpoint(path))
+
+
+def _as_seen(view: View) -> View:
+    """The view at the resolution that the networks' inputs come from."""
+    camera = view.camera
+    # A strip is seen at less than that, so that its length stays bounded.
+    scale = min(SEEN_SIDE / min(camera.width, camera.height), LONGEST_SIDE / max(camera.width, camera.height))
+    width, height = max(1, round(camera.width * scale)), max(1, round(camera.height * scale))
+    if (width, height) == (camera.width, camera.height):
+        return view
+    return View(view.surface, camera.resized(width, height), view.crease_angle)
+
+
+def _drawn(strokes: Sequence[Stroke], seen: View) -> Image:
+    """(H, W) ink of strokes."""
+    points = np.concatenate([np.stack([s.points[:-1], s.points[1:]], axis=1) for s in strokes])
+    alpha = np.concatenate([np.stack([s.alpha[:-1], s.alpha[1:]], axis=1) for s in strokes])
+    return draw_segments(points, alpha, LINE_WIDTH, (seen.camera.height, seen.camera.width))

@@ -1,0 +1,248 @@
+"""Faces wound so that their fronts lie outwards, where a file has them otherwise.
+
+Lines are those of the front of a surface: a shell that is inside out would show noise, and where neighbouring faces
+disagree every edge between them would be a border. So the fewest possible faces are turned to agree with their
+neighbours, and then shells around a volume are turned outwards, unless they lie within another one (then they are its
+cavities) or around the eye. Sheets have no outside and stay.
+"""
+
+import math
+
+import numpy as np
+
+from ncmodel.geometry.adjacency import Offsets
+from ncmodel.geometry.normals_areas import Indices, check_columns
+from ncmodel.jit import kernel
+from ncmodel.mesh.union_find import root
+from ncmodel.scene.surface import Surface
+from ncmodel.tracing import timed
+from ncmodel.types import Floats, Ints, Mask, Mesh
+
+OPEN = 0.1
+"""A surface whose openings have more than this share of its area is a sheet."""
+THIN = 1e-9
+"""A volume below this, relative to the area to the power of 1.5, is rounding noise."""
+NEAR = 1e-9
+"""Object-space distance below which surfaces lie on each other, neither of them within the other."""
+
+
+def outward(surface: Surface, eye: tuple[float, float, float] | None = None) -> Surface:
+    """The surface with the fronts of its faces outwards; `surface` itself if they are.
+
+    Args:
+        surface: Any surface; its seams should be sewn.
+        eye: Where it is seen from.
+    """
+    mesh, faces = surface.mesh, surface.faces
+    rings = None if surface.is_closed else surface.rings
+    with timed(surface.trace, "winding"):
+        if rings is None:
+            shell, turned = _closed_shells(faces, len(mesh.vertices)), np.zeros(len(faces), dtype=np.bool_)
+        else:
+            shell, turned = _agreeing(len(faces), *rings)
+        wound = np.where(turned[:, None], faces[:, ::-1], faces) if turned.any() else faces
+        turned ^= _inside_out(mesh.vertices, wound, shell, eye)[shell]
+        if not turned.any():
+            return surface
+        note = f"turned {int(turned.sum())} faces of {len(faces)} outwards"
+        whole = np.where(turned[:, None], mesh.faces[:, ::-1], mesh.faces)
+    return Surface(Mesh(mesh.vertices, whole, mesh.name, (*mesh.notes, note)), surface.trace, surface.sizing)
+
+
+def _inside_out(vertices: Floats, faces: Indices, shell: Ints, eye: tuple[float, float, float] | None) -> Mask:
+    """(n,) True for the shells to be turned."""
+    count = int(shell.max()) + 1
+    volume, is_shell = _measured(vertices, faces, shell, count)
+    sense = np.where(is_shell, np.sign(volume), 0.0).astype(np.int64)
+    found = np.flatnonzero(sense < 0)
+    wrong = np.zeros(count, dtype=np.bool_)
+    if len(found) == 0:
+        return wrong
+    tips = vertices[_tips(vertices, faces, shell, count)[found]]
+    wrong[found] = _crossings(vertices, faces, shell, sense, tips, found, False) <= 0
+    if eye is not None and (np.abs(eye) < np.abs(vertices).max()).all():
+        found = np.flatnonzero(wrong)
+        wrong[found] = _crossings(vertices, faces, shell, sense, np.tile(eye, (len(found), 1)), found, True) == 0
+    return wrong
+
+
+@kernel
+def _closed_shells(faces: Indices, vertex_count: int) -> Ints:
+    """(F,) a number for each face, equal for those that are connected through vertices."""
+    check_columns(faces, 3)
+    parent = np.arange(vertex_count)
+    for f in range(len(faces)):
+        a = root(parent, faces[f, 0])
+        for c in (1, 2):
+            b = root(parent, faces[f, c])
+            parent[max(a, b)] = min(a, b)
+            a = min(a, b)
+    number, count = np.full(vertex_count, -1), 0
+    shell = np.empty(len(faces), np.int64)
+    for f in range(len(faces)):
+        a = root(parent, faces[f, 0])
+        if number[a] < 0:
+            number[a] = count
+            count += 1
+        shell[f] = number[a]
+    return shell
+
+
+@kernel
+def _agreeing(count: int, starts: Offsets, around: Indices, face: Indices) -> tuple[Ints, Mask]:
+    """Faces connected through edges of two faces, and how they come to agree.
+
+    Returns:
+        (F,) a number for each face, equal for connected ones; (F,) True for those to be turned, the fewer of each.
+    """
+    parent, odd = np.arange(count), np.zeros(count, np.bool_)
+    seen = np.full(len(starts), -1)
+    sides, first, leaving = np.zeros(len(starts), np.int64), np.zeros(len(starts), np.int64), np.zeros(len(starts))
+    second, also_leaving = first.copy(), leaving.copy()
+    for v in range(len(starts) - 1):
+        for n in range(starts[v], starts[v + 1]):
+            for out in (0, 1):
+                w = around[n, out]
+                if w <= v:
+                    continue
+                if seen[w] != v:
+                    seen[w], sides[w] = v, 0
+                    first[w], leaving[w] = face[n], out
+                else:
+                    second[w], also_leaving[w] = face[n], out
+                sides[w] += 1
+        for n in range(starts[v], starts[v + 1]):
+            for w in around[n]:
+                if w > v and sides[w] == 2:
+                    _join(parent, odd, first[w], second[w], leaving[w] == also_leaving[w])
+                    sides[w] = 0
+    balance = np.zeros(count, np.int64)
+    for f in range(count):
+        balance[_find(parent, odd, f)[0]] += 1 - 2 * int(_find(parent, odd, f)[1])
+    shell, turned, number = np.empty(count, np.int64), np.empty(count, np.bool_), np.full(count, -1)
+    shells = 0
+    for f in range(count):
+        top, parity = _find(parent, odd, f)
+        if number[top] < 0:
+            number[top] = shells
+            shells += 1
+        shell[f], turned[f] = number[top], parity != (balance[top] < 0)
+    return shell, turned
+
+
+@kernel
+def _find(parent: Ints, odd: Mask, i: int) -> tuple[int, bool]:
+    """The representative of i's set, and whether i is to be turned for it to be as it is."""
+    parity = False
+    while parent[i] != i:
+        odd[i] ^= odd[parent[i]]
+        parent[i] = parent[parent[i]]
+        parity ^= odd[i]
+        i = parent[i]
+    return i, parity
+
+
+@kernel
+def _join(parent: Ints, odd: Mask, i: int, j: int, disagree: bool) -> None:
+    """Unite the sets of two faces; within one set (a Moebius strip) nothing can be done."""
+    a, parity_a = _find(parent, odd, i)
+    b, parity_b = _find(parent, odd, j)
+    if a != b:
+        parent[b] = a
+        odd[b] = (parity_a != parity_b) != disagree
+
+
+@kernel
+def _measured(vertices: Floats, faces: Indices, shell: Ints, count: int) -> tuple[Floats, Mask]:
+    """Of each shell its volume, and whether it has one to speak of."""
+    check_columns(faces, 3)
+    # Area, vector area, the area's moment, and the volume of the cones from the origin.
+    sums = np.zeros((count, 8))
+    for f in range(len(faces)):
+        i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
+        x, y, z = vertices[i, 0], vertices[i, 1], vertices[i, 2]
+        ux, uy, uz = vertices[j, 0] - x, vertices[j, 1] - y, vertices[j, 2] - z
+        vx, vy, vz = vertices[k, 0] - x, vertices[k, 1] - y, vertices[k, 2] - z
+        nx, ny, nz = (uy * vz - uz * vy) / 2, (uz * vx - ux * vz) / 2, (ux * vy - uy * vx) / 2
+        area = math.sqrt(nx * nx + ny * ny + nz * nz)
+        row = sums[shell[f]]
+        row[0] += area
+        row[1] += nx
+        row[2] += ny
+        row[3] += nz
+        row[4] += area * (x + (ux + vx) / 3)
+        row[5] += area * (y + (uy + vy) / 3)
+        row[6] += area * (z + (uz + vz) / 3)
+        row[7] += (x * nx + y * ny + z * nz) / 3
+    volume, is_shell = np.zeros(count), np.zeros(count, np.bool_)
+    for s in range(count):
+        area, vector, moment = sums[s, 0], sums[s, 1:4], sums[s, 4:7]
+        # From its middle, so that a small opening matters little.
+        volume[s] = sums[s, 7] - (moment * vector).sum() / (3 * max(area, 1e-300))
+        opening = math.sqrt((vector**2).sum())
+        is_shell[s] = opening <= OPEN * area and abs(volume[s]) > THIN * area**1.5
+    return volume, is_shell
+
+
+@kernel
+def _tips(vertices: Floats, faces: Indices, shell: Ints, count: int) -> Ints:
+    """The vertex of largest x of each shell."""
+    tip = np.full(count, -1)
+    for f in range(len(faces)):
+        s = shell[f]
+        for c in range(3):
+            if tip[s] < 0 or vertices[faces[f, c], 0] > vertices[tip[s], 0]:
+                tip[s] = faces[f, c]
+    return tip
+
+
+@kernel
+def _crossings(
+    vertices: Floats, faces: Indices, shell: Ints, sense: Ints, points: Floats, own: Ints, same: bool
+) -> Ints:
+    """(n,) how many shells are around each of (n, 3) points, counted along rays towards +x.
+
+    Args:
+        vertices: (V, 3).
+        faces: (F, 3).
+        shell: (F,) the shell of each face.
+        sense: 1 for shells with their fronts outwards, -1 for those inside out, 0 for sheets, which don't count.
+        points: (n, 3).
+        own: (n,) a shell for each point.
+        same: Whether that one alone is counted, with its own sign, or all but that one.
+    """
+    order = np.argsort(points[:, 1])
+    heights = points[order, 1]
+    count = np.zeros(len(points), np.int64)
+    for f in range(len(faces)):
+        s, (a, b, c) = shell[f], (vertices[faces[f, 0]], vertices[faces[f, 1]], vertices[faces[f, 2]])
+        if sense[s] == 0:
+            continue
+        low, high = (
+            np.searchsorted(heights, min(a[1], b[1], c[1])),
+            np.searchsorted(heights, max(a[1], b[1], c[1]), "right"),
+        )
+        for n in order[low:high]:
+            if (own[n] == s) == same:
+                count[n] += sense[s] * _crossing(a, b, c, points[n])
+    return count
+
+
+@kernel
+def _crossing(a: Floats, b: Floats, c: Floats, point: Floats) -> int:
+    """1 if a ray from the point towards +x leaves through the front of triangle abc, -1 if through its back, else 0.
+
+    Of triangles that share a side, at most one is met on it.
+    """
+    x, y, z = point
+    winding = 0
+    for p, q in ((a, b), (b, c), (c, a)):
+        if (p[2] <= z) != (q[2] <= z):
+            left = (q[1] - p[1]) * (z - p[2]) - (y - p[1]) * (q[2] - p[2])
+            winding += int(p[2] <= z and left > 0) - int(q[2] <= z and left < 0)
+    if winding == 0:
+        return 0
+    (ux, uy, uz), (vx, vy, vz) = b - a, c - a
+    nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+    depth = a[0] - x + ((a[1] - y) * ny + (a[2] - z) * nz) / nx
+    return winding if depth > NEAR else 0

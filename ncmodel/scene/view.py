@@ -1,0 +1,221 @@
+"""A surface seen from a camera, and everything that depends on the view, computed when first asked for."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ncmodel.camera import Camera
+from ncmodel.geometry import shading, view_curvature
+from ncmodel.lines import contours, ridges
+from ncmodel.scene import creases
+from ncmodel.scene.surface import CREASE_ANGLE, Surface
+from ncmodel.tracing import stage, timed
+from ncmodel.types import Floats, Image, LineFamily, LineSet, ViewBuffers
+
+
+class View:
+    """The view-dependent quantities of a surface, per vertex unless said otherwise; computed once, when asked for.
+
+    Args:
+        surface: The surface; its trace is shared.
+        camera: Where it is seen from.
+        crease_angle: Degrees between faces above which their edge is a crease.
+    """
+
+    def __init__(self, surface: Surface, camera: Camera, crease_angle: float = CREASE_ANGLE) -> None:
+        self.surface, self.camera, self.crease_angle = surface, camera, crease_angle
+        self.mesh, self.trace = surface.mesh, surface.trace
+        self.eye = np.asarray(camera.eye, dtype=np.float64)
+        self._lines: dict[LineFamily, LineSet] = {}
+        self._visible: dict[LineFamily, LineSet] = {}
+        self._feature_maps: dict[LineFamily, Image] = {}
+
+    @stage
+    def n_dot_v(self) -> Floats:
+        """(V,) cosine between normal and direction to the eye."""
+        return view_curvature.facing(self.mesh.vertices, self.surface.normals, self.eye)
+
+    @stage
+    def radial_curvature(self) -> tuple[Floats, Floats]:
+        """(V,) kr and (2, V) the direction to the eye along dir1 and dir2."""
+        vertices, surface = self.mesh.vertices, self.surface
+        return view_curvature.radial_curvature(vertices, surface.normals, surface.curvatures, surface.dir1, self.eye)
+
+    @property
+    def kr(self) -> Floats:
+        """(V,) radial curvature times sin^2(theta)."""
+        return self.radial_curvature[0]
+
+    @stage
+    def sc_num(self) -> Floats:
+        """(V,) sin(theta) DwKr: numerator of the suggestive-contour test."""
+        curvatures, derivative = self.surface.curvatures, self.surface.dcurv
+        return view_curvature.radial_derivative(curvatures, derivative, self.radial_curvature[1], self.n_dot_v)
+
+    @stage
+    def view_curvature(self) -> tuple[Floats, Floats]:
+        """(V,) q1 and (2, V) t1."""
+        return view_curvature.view_dependent_curvature(self.surface.curvatures, self.radial_curvature[1], self.n_dot_v)
+
+    @property
+    def q1(self) -> Floats:
+        """(V,) square of the largest view-dependent curvature."""
+        return self.view_curvature[0]
+
+    @property
+    def t1(self) -> Floats:
+        """(V, 2) its direction in (dir1, dir2)."""
+        return self.view_curvature[1].T
+
+    @stage
+    def view_derivative(self) -> tuple[Floats, Floats]:
+        """(V,) derivative of q1 along t1 and (V, 3) t1 in object space."""
+        surface, vertices = self.surface, self.mesh.vertices
+        q1, t1 = self.view_curvature
+        return view_curvature.view_dependent_derivative(
+            vertices, surface.normals, surface.dir1, q1, t1, self.n_dot_v, surface.rings.starts, surface.rings.around
+        )
+
+    @property
+    def dt1q1(self) -> Floats:
+        """(V,) derivative of q1 along t1."""
+        return self.view_derivative[0]
+
+    @stage
+    def facing_slope(self) -> Floats:
+        """(V,) derivative of n.v towards the eye: the sign of kr on contours, from normals alone."""
+        return view_curvature.facing_slope(self.mesh.vertices, self.surface.faces, self.n_dot_v, self.eye)
+
+    @stage
+    def outlines(self) -> LineSet:
+        """Occluding contours from normals alone.
+
+        A solid hides them where the surface behind their front-facing side is nearer; a sheet, which can be seen from
+        behind, keeps all of n.v = 0.
+        """
+        slope = self.facing_slope if self.surface.is_closed else None
+        return contours.contours(self.mesh.vertices, self.surface.faces, self.n_dot_v, slope)
+
+    @stage
+    def buffers(self) -> ViewBuffers:
+        """What each pixel sees."""
+        return self.surface.scene.render(self.camera)
+
+    @property
+    def depth(self) -> Image:
+        """(H, W) 0 near .. 1 far, background 1."""
+        return self.buffers.depth
+
+    @stage
+    def shaded(self) -> shading.Images:
+        """(6, H, W) max(n.v, 0) with normals smoothed at sigma = 0..5 median edges, background 1."""
+        normals, faces = self.surface.smoothed_normals, self.surface.faces
+        return shading.shade(self.buffers, faces, self.mesh.vertices, normals, self.eye)
+
+    def feature_map(self, family: LineFamily) -> Image:
+        """(H, W) the quantity that a filtered family's threshold is compared with, on the seen surface; background 0.
+
+        sin(theta) DwKr for suggestive contours, k1 for ridges, -k1 for valleys, q1 for apparent ridges.
+
+        Raises:
+            KeyError: No threshold filters the family.
+        """
+        if family not in self._feature_maps:
+            values, buffers = _FEATURES[family](self), self.buffers
+            with timed(self.trace, f"feature_map_{family}"):
+                self._feature_maps[family] = shading.interpolate(buffers, self.surface.faces, values)
+        return self._feature_maps[family]
+
+    def lines(self, family: LineFamily) -> LineSet:
+        """All lines of a family at threshold 0, hidden ones included (docs/geometry.md 7-10)."""
+        if family not in self._lines:
+            with timed(self.trace, f"lines_{family}"):
+                self._lines[family] = _EXTRACTORS[family](self)
+        return self._lines[family]
+
+    def candidates(self, family: LineFamily) -> LineSet:
+        """The lines of a family that may be seen, at threshold 0.
+
+        They are `lines` except for occluding contours, which are `outlines`: rays tell what is hidden, so curvature
+        isn't needed; for creases, of which bits of rough surfaces and of rounded edges are left out; and for lines
+        of curvature on the flats of a surface with creases, which have no curvature.
+        """
+        if family is LineFamily.CONTOURS:
+            return self.outlines
+        if family is LineFamily.CREASES:
+            return creases.crease_lines(self.surface, self.crease_angle).lines(family, self.mesh.vertices)
+        return creases.off_flats(self.lines(family), self.surface)
+
+    def unhidden(self, lines: LineSet, sample_pixels: float = 1.0) -> LineSet:
+        """The parts of lines that the camera sees.
+
+        Args:
+            lines: Any lines on the surface.
+            sample_pixels: Distance along the picture of the points at which that is decided.
+        """
+        from ncmodel.lines.occlusion import Smooth
+        from ncmodel.lines.visibility import MESH_EDGES, visible_pieces
+
+        if len(lines) == 0:
+            return lines
+        surface, scene = self.surface, self.surface.scene
+        smooth = None
+        if lines.family not in MESH_EDGES:
+            smooth = Smooth(self.mesh.vertices, surface.faces, surface.normals)
+        with timed(self.trace, f"visible_{lines.family}"):
+            return visible_pieces(lines, self.camera, scene, smooth, sample_pixels)
+
+    def visible(self, family: LineFamily) -> LineSet:
+        """The lines of a family at threshold 0, hidden parts cut away."""
+        if family not in self._visible:
+            self._visible[family] = self.unhidden(self.candidates(family))
+        return self._visible[family]
+
+
+def _contours(view: View) -> LineSet:
+    return contours.contours(view.mesh.vertices, view.surface.faces, view.n_dot_v, view.kr)
+
+
+def _suggestive(view: View) -> LineSet:
+    vertices, faces, size = view.mesh.vertices, view.surface.faces, view.surface.feature_size
+    return contours.suggestive_contours(vertices, faces, view.n_dot_v, view.kr, view.sc_num, size)
+
+
+def _ridges(view: View) -> LineSet:
+    return ridges.facing_only(view.surface.ridges_and_valleys[0], view.surface.faces, view.n_dot_v)
+
+
+def _valleys(view: View) -> LineSet:
+    return ridges.facing_only(view.surface.ridges_and_valleys[1], view.surface.faces, view.n_dot_v)
+
+
+def _apparent(view: View) -> LineSet:
+    vertices, faces, size = view.mesh.vertices, view.surface.faces, view.surface.feature_size
+    derivative, direction = view.view_derivative
+    return ridges.apparent_ridges(vertices, faces, view.q1, direction, derivative, size)
+
+
+def _boundaries(view: View) -> LineSet:
+    return view.surface.boundary_edges.lines(LineFamily.BOUNDARIES, view.mesh.vertices)
+
+
+def _creases(view: View) -> LineSet:
+    return view.surface.creases(view.crease_angle).lines(LineFamily.CREASES, view.mesh.vertices)
+
+
+_EXTRACTORS: dict[LineFamily, Callable[[View], LineSet]] = {
+    LineFamily.CONTOURS: _contours,
+    LineFamily.BOUNDARIES: _boundaries,
+    LineFamily.CREASES: _creases,
+    LineFamily.SUGGESTIVE: _suggestive,
+    LineFamily.APPARENT: _apparent,
+    LineFamily.RIDGES: _ridges,
+    LineFamily.VALLEYS: _valleys,
+}
+
+_FEATURES: dict[LineFamily, Callable[[View], Floats]] = {
+    LineFamily.SUGGESTIVE: lambda view: view.sc_num,
+    LineFamily.RIDGES: lambda view: np.ascontiguousarray(view.surface.k1),
+    LineFamily.VALLEYS: lambda view: -view.surface.k1,
+    LineFamily.APPARENT: lambda view: view.q1,
+}

@@ -1,0 +1,1 @@
+"""From a data folder and ranking pairs to trained networks."""

@@ -1,0 +1,185 @@
+"""Running tasks in processes: results, errors, and tasks that kill their worker."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from pathlib import Path
+
+import distributed
+import pytest
+
+from dataset_tools.build.worker_process import Limits
+from dataset_tools.build.runners import DaskRunner, HereRunner, PoolRunner, Runner, runner_for
+from ncmodel.errors import InputError, UsageError
+from tests.helpers.loopback import dask_cluster
+
+LIMITS = Limits(seconds=60.0, memory_gb=8.0)
+
+
+def square(number: int) -> int:
+    return number * number
+
+
+def fail_at_three(number: int) -> int:
+    if number == 3:
+        raise InputError("three", "3", "another number")
+    return number
+
+
+def die_at_three(number: int) -> int:
+    if number == 3:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+def process_id(number: int) -> int:
+    time.sleep(0.2)
+    return os.getpid()
+
+
+@pytest.fixture
+def pool() -> Iterator[PoolRunner]:
+    with closing(PoolRunner(2)) as runner:
+        yield runner
+
+
+@pytest.fixture(params=["here", "pool"])
+def runner(request: pytest.FixtureRequest, pool: PoolRunner) -> Runner:
+    return HereRunner() if request.param == "here" else pool
+
+
+def test_every_task_gets_its_result(runner: Runner) -> None:
+    outcomes = {outcome.task: outcome.result for outcome in runner.run(square, range(9), LIMITS)}
+    assert outcomes == {number: number * number for number in range(9)}
+
+
+def test_nothing_to_do_is_fine(runner: Runner) -> None:
+    assert list(runner.run(square, [], LIMITS)) == []
+
+
+def test_an_error_stops_the_run(runner: Runner) -> None:
+    with pytest.raises(InputError, match="three: 3; expected another number"):
+        list(runner.run(fail_at_three, range(9), LIMITS))
+
+
+def test_a_task_that_kills_its_worker_fails_alone(pool: PoolRunner) -> None:
+    outcomes = {outcome.task: outcome for outcome in pool.run(die_at_three, range(9), LIMITS)}
+    assert sorted(outcomes) == list(range(9))
+    assert outcomes[3].result is None
+    assert outcomes[3].reason == "its process died with signal SIGKILL (no message)"
+    assert [outcomes[n].result for n in range(9) if n != 3] == [n for n in range(9) if n != 3]
+
+
+def too_long_at_three(number: int) -> int:
+    if number == 3:
+        time.sleep(100)
+    return number
+
+
+def too_large_at_three(number: int) -> int:
+    return len(bytearray(1 << 40)) if number == 3 else number
+
+
+@pytest.mark.parametrize(
+    ("function", "reason"),
+    [(too_long_at_three, "it took more than 2 s"), (too_large_at_three, "it needs more than 8 GB of memory")],
+)
+def test_a_task_over_its_limits_fails_alone(pool: PoolRunner, function: Callable[[int], int], reason: str) -> None:
+    limits = Limits(seconds=2.0, memory_gb=8.0)
+    outcomes = {outcome.task: outcome for outcome in pool.run(function, range(6), limits)}
+    assert (outcomes[3].result, outcomes[3].reason) == (None, reason)
+    assert [outcomes[n].result for n in range(6) if n != 3] == [n for n in range(6) if n != 3]
+
+
+def test_a_run_that_is_given_up_leaves_no_process(pool: PoolRunner) -> None:
+    outcomes = pool.run(process_id, range(50), LIMITS)
+    worker = next(outcomes).result
+    outcomes.close()  # type: ignore[attr-defined]
+    assert not Path(f"/proc/{worker}").exists()
+
+
+def test_the_workers_are_processes(pool: PoolRunner) -> None:
+    used = {outcome.result for outcome in pool.run(process_id, range(6), LIMITS)}
+    assert len(used) == 2
+    assert os.getpid() not in used
+    again = {outcome.result for outcome in pool.run(process_id, range(6), LIMITS)}
+    assert again == used, "start-up is paid once"
+
+
+def test_workers_end_when_their_parent_is_killed(tmp_path: Path) -> None:
+    code = (
+        "import sys\nfrom tests.dataset_tools.build.test_runners import LIMITS, note_and_wait\n"
+        "from dataset_tools.build.runners import PoolRunner\n"
+        "if __name__ == '__main__': list(PoolRunner(1).run(note_and_wait, [sys.argv[1]], LIMITS))\n"
+    )
+    (tmp_path / "parent.py").write_text(code)
+    note = tmp_path / "worker"
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
+    parent = subprocess.Popen([sys.executable, tmp_path / "parent.py", note], env=environment)
+    wait_for(lambda: note.exists() and note.read_text() != "", 60)
+    parent.kill()
+    parent.wait()
+    wait_for(lambda: not Path(f"/proc/{note.read_text()}").exists(), 20)
+
+
+def note_and_wait(path: str) -> None:
+    Path(path).write_text(str(os.getpid()))
+    time.sleep(120)
+
+
+def wait_for(condition: object, seconds: float) -> None:
+    assert callable(condition)
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "took too long"
+        time.sleep(0.1)
+
+
+@pytest.mark.parametrize("workers", [-1, -7])
+def test_too_few_workers_are_refused(workers: int) -> None:
+    with pytest.raises(UsageError, match=f"--workers: found {workers}"), runner_for(workers):
+        pass
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense", "tcp://", "ftp://127.0.0.1:9"])
+def test_a_scheduler_that_does_not_answer_is_bad_usage(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[object] = []
+    # No client may be made: a failed one can block the start of the next.
+    monkeypatch.setattr(distributed, "Client", lambda *given, **options: made.append(given))
+    with pytest.raises(UsageError, match="no Dask scheduler answers at"):
+        DaskRunner(address, patience=0.5)
+    assert made == []
+
+
+@pytest.fixture(scope="module")
+def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """A real scheduler and two worker processes on loopback."""
+    with dask_cluster(tmp_path_factory.mktemp("dask")) as address:
+        yield address
+
+
+def test_a_dask_cluster_does_the_same(scheduler: str) -> None:
+    with runner_for(2, scheduler) as runner:
+        outcomes = {outcome.task: outcome.result for outcome in runner.run(square, range(9), LIMITS)}
+        used = {outcome.result for outcome in runner.run(process_id, range(8), LIMITS)}
+    assert outcomes == {number: number * number for number in range(9)}
+    assert len(used) == 2
+
+
+def test_limits_hold_on_the_cluster_too(scheduler: str) -> None:
+    with runner_for(2, scheduler) as runner:
+        outcomes = {outcome.task: outcome for outcome in runner.run(too_long_at_three, range(6), Limits(2.0, 8.0))}
+        dead = {outcome.task: outcome.reason for outcome in runner.run(die_at_three, range(6), LIMITS)}
+    assert (outcomes[3].result, outcomes[3].reason) == (None, "it took more than 2 s")
+    assert [outcomes[n].result for n in range(6) if n != 3] == [n for n in range(6) if n != 3]
+    assert dead.pop(3) == "its process died with signal SIGKILL (no message)"
+    assert set(dead.values()) == {""}
+
+
+def test_an_error_on_the_cluster_stops_the_run(scheduler: str) -> None:
+    with runner_for(2, scheduler) as runner, pytest.raises(InputError, match="three: 3; expected another number"):
+        list(runner.run(fail_at_three, range(9), LIMITS))

@@ -1,0 +1,327 @@
+"""The questionnaires in a real browser: on the site, and on a real Turkle server."""
+
+import csv
+import http.server
+import json
+import re
+import socket
+import subprocess
+import sys
+import threading
+import time
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import playwright.sync_api as playwright
+import pytest
+
+from dataset_tools.build.items import list_items
+from dataset_tools.questionnaires.batch_folder import Look
+from dataset_tools.questionnaires.questionnaire import Key, Scheme
+from dataset_tools.simulation.crowd import make_batch
+from dataset_tools.votes.ingest import ingest_results
+from dataset_tools.votes.votes import read_votes
+from tests.helpers.crowd_data import make_artists, make_data
+from tests.helpers.turkle_server import PASSWORD, USER
+
+CHROMIUM = Path("/usr/bin/chromium")
+ARGUMENTS = [
+    "--no-sandbox",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--no-first-run",
+]
+PHONE = {"viewport": {"width": 390, "height": 844}, "device_scale_factor": 2, "is_mobile": True, "has_touch": True}
+DESKTOP = {"viewport": {"width": 1280, "height": 800}}
+
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning"),
+]
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    assert CHROMIUM.exists(), "these tests need chromium: apt-get install chromium"
+    with playwright.sync_playwright() as runner:
+        chromium = runner.chromium.launch(executable_path=str(CHROMIUM), args=ARGUMENTS)
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("browser")
+    data = make_data(folder / "data", shapes=8, views=1)
+    make_artists(folder / "artists", data)
+    return data
+
+
+def make(data: Path, folder: Path, look: Look, real: int = 5, votes: int = 3) -> Path:
+    scheme = Scheme(real=real, sentinels=2, pool=5)
+    make_batch(data, folder, dict.fromkeys(list_items(data), votes), scheme, look, data.parent / "artists")
+    return folder
+
+
+@contextmanager
+def served(batch: Path, db: Path, *more: str) -> Iterator[str]:
+    """The site, started by its command on a free port."""
+    command = [sys.executable, "-m", "ncmodel.cli.main", "crowd", "serve", str(batch), "--db", str(db), "--port", "0"]
+    with subprocess.Popen(
+        [*command, "--completion-code", "DONE42", *more], stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stderr
+        found = re.search(r"http://[\d.:]+", process.stderr.readline())
+        assert found
+        try:
+            yield found[0]
+        finally:
+            process.terminate()
+            process.wait(10)
+
+
+class Problems(list[str]):
+    """What a page's console complains of."""
+
+    def watch(self, page: Any) -> Any:
+        page.on("console", lambda m: self.append(m.text) if m.type in ("error", "warning") else None)
+        page.on("pageerror", lambda error: self.append(str(error)))
+        return page
+
+
+def enter(context: Any, base: str, name: str, problems: Problems) -> Any:
+    page = problems.watch(context.new_page())
+    page.goto(f"{base}/?PROLIFIC_PID={name}")
+    page.check("input[name=agree]")
+    page.click("button[type=submit]")
+    page.wait_for_selector(".nc.js")
+    return page
+
+
+def await_answers_at_server(context: Any, base: str, count: int) -> None:
+    """Wait until a page comes with so many answers, before any script of it runs."""
+    for _ in range(100):
+        if context.request.get(f"{base}/questions").text().count('" checked') == count:
+            return
+        time.sleep(0.1)
+    raise AssertionError(f"the server never had {count} answers")
+
+
+@pytest.mark.parametrize(("name", "device"), [("phone", PHONE), ("desktop", DESKTOP)])
+def test_a_questionnaire_on_the_site(
+    browser: Any, data: Path, tmp_path: Path, name: str, device: dict[str, Any]
+) -> None:
+    batch, problems = make(data, tmp_path / "batch", Look(64, 64)), Problems()
+    with served(batch, tmp_path / "votes.sqlite") as base:
+        context = browser.new_context(**device)
+        page = enter(context, base, name, problems)
+        assert page.inner_text("output") == "0 of 7"
+        page.click(".next")
+        assert page.locator(".next").is_disabled(), "an answer first"
+        page.keyboard.press("ArrowRight")
+        assert "choose an answer" in page.inner_text(".say")
+        page.keyboard.press("3")
+        assert page.locator("fieldset.on input:checked").count() == 1
+        assert page.locator("fieldset.on input").nth(2).is_checked()
+        page.keyboard.press("ArrowDown")
+        assert page.locator("fieldset.on input").nth(3).is_checked(), "arrows up and down move the choice"
+        page.keyboard.press("ArrowRight")
+        page.keyboard.press("0")
+        assert page.locator("fieldset.on .other input").is_checked()
+        page.keyboard.press("ArrowLeft")
+        assert page.locator("fieldset.on input").nth(3).is_checked()
+        page.reload()
+        page.wait_for_selector(".nc.js")
+        assert page.inner_text("output") == "2 of 7", "a reload keeps answers"
+        await_answers_at_server(context, base, 2)
+        page.screenshot(path=tmp_path / f"{name}.png")
+        for _ in range(7):
+            page.locator("fieldset.on label").nth(1).click()
+            page.click(".next")
+        page.click("button[type=submit]")
+        page.wait_for_url("**/done")
+        assert "DONE42" in page.inner_text("main")
+        context.close()
+    assert problems == []
+    done = ingest_results(batch, [tmp_path / "votes.sqlite"], tmp_path / "votes.csv")
+    votes = list(read_votes(tmp_path / "votes.csv"))
+    assert (done.assignments, len(votes)) == (1, 7)
+    assert {vote.position for vote in votes} == {2}
+    assert all(vote.seconds is not None for vote in votes)
+
+
+def test_the_page_can_be_used_by_everybody(browser: Any, data: Path, tmp_path: Path) -> None:
+    """Labels, alternative texts, focus, no sideways scrolling, pictures loaded ahead."""
+    batch, problems = make(data, tmp_path / "batch", Look(64, 64)), Problems()
+    with served(batch, tmp_path / "votes.sqlite") as base:
+        context = browser.new_context(**PHONE)
+        page = enter(context, base, "anna", problems)
+        page.click(".next")
+        page.wait_for_timeout(300)
+        focused = page.evaluate("document.activeElement.tagName")
+        assert focused == "LEGEND", "a new question is announced"
+        assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
+        texts = page.locator("img").evaluate_all("images => images.map(image => image.alt)")
+        assert set(texts) == {f"Drawing {i}" for i in range(1, 9)} | {f"Shape, view {i}" for i in (1, 2, 3)}
+        named = page.locator("fieldset.on input").evaluate_all("all => all.every(one => one.labels.length === 1)")
+        assert named
+        sizes = page.locator("fieldset.on label").evaluate_all(
+            "all => all.map(one => one.getBoundingClientRect().height)"
+        )
+        assert min(sizes) >= 44, "large enough to touch"
+        ahead = page.locator("fieldset >> nth=1").locator("img")
+        assert ahead.evaluate_all("all => Promise.all(all.map(one => one.decode())).then(() => all.length)") == 11
+        page.click(".size")
+        wide = page.locator("fieldset.on .grid label").first.bounding_box()
+        assert wide["width"] > 300
+        context.close()
+    assert problems == []
+
+
+def test_the_page_works_without_scripts(browser: Any, data: Path, tmp_path: Path) -> None:
+    batch = make(data, tmp_path / "batch", Look(32, 32))
+    key = Key.load(batch)
+    with served(batch, tmp_path / "votes.sqlite") as base:
+        context = browser.new_context(java_script_enabled=False, **DESKTOP)
+        page = context.new_page()
+        page.goto(f"{base}/?PROLIFIC_PID=plain")
+        page.check("input[name=agree]")
+        page.click("button[type=submit]")
+        for number in range(1, 8):
+            page.check(f"input[name=q{number:02d}] >> nth=0", force=True)
+        page.click("button:has-text('Send my answers')")
+        assert page.url.endswith("/done")
+        context.close()
+    ingest_results(batch, [tmp_path / "votes.sqlite"], tmp_path / "votes.csv")
+    assert len(list(read_votes(tmp_path / "votes.csv"))) == 7
+    assert len(key.questionnaires) == 5
+
+
+def test_the_next_person_in_the_same_browser_finds_no_answers(browser: Any, data: Path, tmp_path: Path) -> None:
+    """Both get the same questionnaire, so only who they are keeps their answers apart."""
+    batch, problems = make(data, tmp_path / "batch", Look(32, 32), real=8, votes=1), Problems()
+    with served(batch, tmp_path / "votes.sqlite", "--places", "2") as base:
+        context = browser.new_context(**DESKTOP)
+        page = enter(context, base, "anna", problems)
+        page.click(".next")
+        page.keyboard.press("5")
+        await_answers_at_server(context, base, 1)
+        page = enter(context, base, "ben", problems)
+        assert page.inner_text("output") == "0 of 10"
+        assert page.inner_text(".next") == "Start"
+        await_answers_at_server(context, base, 0)
+        context.close()
+    assert problems == []
+
+
+def test_answers_survive_a_server_that_is_away(browser: Any, data: Path, tmp_path: Path) -> None:
+    batch, problems = make(data, tmp_path / "batch", Look(32, 32)), Problems()
+    with served(batch, tmp_path / "votes.sqlite") as base:
+        context = browser.new_context(**DESKTOP)
+        page = enter(context, base, "anna", problems)
+        page.click(".next")
+        context.set_offline(True)
+        page.keyboard.press("5")
+        playwright.expect(page.locator(".say")).to_contain_text("No connection")
+        context.set_offline(False)
+        playwright.expect(page.locator(".say")).to_have_text("", timeout=10_000)
+        await_answers_at_server(context, base, 1)
+        context.close()
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+@contextmanager
+def pictures(folder: Path) -> Iterator[str]:
+    """A plain web server for a batch's pictures."""
+
+    class Quiet(http.server.SimpleHTTPRequestHandler):
+        def log_message(self, *arguments: object) -> None:
+            """Say nothing."""
+
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(folder))) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}/images/"
+        server.shutdown()
+
+
+@contextmanager
+def turkle(folder: Path) -> Iterator[tuple[str, str]]:
+    """A Turkle server: its address and the requester's token."""
+    port = free_port()
+    command = [sys.executable, "-m", "tests.helpers.turkle_server", str(folder), str(port)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
+        assert process.stdout
+        try:
+            token = process.stdout.readline().strip()
+            assert re.fullmatch("[0-9a-f]{40}", token), "the server printed its token"
+            base = f"http://127.0.0.1:{port}"
+            for _ in range(100):
+                try:
+                    urllib.request.urlopen(base, timeout=5).close()
+                    break
+                except OSError:
+                    time.sleep(0.2)
+            yield base, token
+        finally:
+            process.kill()
+            process.wait(10)
+
+
+def call(url: str, token: str, record: dict[str, object] | None = None) -> str:
+    """The text that Turkle's interface for programs answers."""
+    headers = {"Authorization": f"Token {token}", "Content-Type": "application/json"}
+    data = None if record is None else json.dumps(record).encode()
+    with urllib.request.urlopen(urllib.request.Request(url, data, headers), timeout=30) as reply:
+        return str(reply.read().decode())
+
+
+def test_a_batch_on_a_real_turkle_server(browser: Any, data: Path, tmp_path: Path) -> None:
+    """Upload template and tasks, answer one questionnaire in the browser, download the results, ingest them."""
+    with pictures(tmp_path / "batch") as address, turkle(tmp_path) as (base, token):
+        batch = make(data, tmp_path / "batch", Look(64, 64, base_url=address))
+        template, tasks = (batch / "template.html").read_text(), (batch / "tasks.csv").read_text()
+        project = json.loads(
+            call(f"{base}/api/projects/", token, {"name": "p", "html_template": template, "filename": "t"})
+        )
+        uploaded = {"name": "b", "project": project["id"], "filename": "tasks.csv", "csv_text": tasks}
+        number = json.loads(call(f"{base}/api/batches/", token, {**uploaded, "published": True}))["id"]
+        context, problems = browser.new_context(**DESKTOP), Problems()
+        page = problems.watch(context.new_page())
+        page.goto(f"{base}/login/")
+        page.fill("input[name=username]", USER)
+        page.fill("input[name=password]", PASSWORD)
+        page.press("input[name=password]", "Enter")
+        page.goto(f"{base}/batch/{number}/accept_next_task/")
+        frame = page.frame_locator("#task_assignment_iframe")
+        frame.locator(".next").click()
+        frame.locator("fieldset.on label").nth(4).click()
+        page.reload()
+        playwright.expect(frame.locator("output")).to_have_text("1 of 7")
+        for _ in range(7):
+            frame.locator("fieldset.on label").nth(4).click()
+            frame.locator(".next").click()
+        loaded = frame.locator("img").evaluate_all("all => all.filter(one => one.naturalWidth > 0).length")
+        assert loaded == 7 * 11
+        page.screenshot(path=tmp_path / "turkle.png")
+        frame.locator("button[type=submit]").click()
+        page.wait_for_url(f"{base}/")
+        text = call(f"{base}/api/batches/{number}/results/", token)
+        context.close()
+    (tmp_path / "results.csv").write_text(text)
+    with (tmp_path / "results.csv").open() as file:
+        assert len(list(csv.DictReader(file))) == 1
+    done = ingest_results(batch, [tmp_path / "results.csv"], tmp_path / "votes.csv")
+    votes = list(read_votes(tmp_path / "votes.csv"))
+    assert (done.problems, len(votes), done.sources) == ([], 7, {"turkle": 1})
+    assert {vote.position for vote in votes} == {5}
+    assert all(vote.seconds is not None and vote.submitted for vote in votes)

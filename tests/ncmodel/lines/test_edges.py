@@ -1,0 +1,97 @@
+"""Borders, creases, closedness: by counting, and against a search through all pairs of faces."""
+
+import numpy as np
+import pytest
+
+from ncmodel.scene.surface import Surface
+from ncmodel.types import Floats, Ints, LineFamily, Mesh
+from tests.helpers import analytic
+
+
+def brute_force(vertices: Floats, faces: Ints, angle: float) -> tuple[set[tuple[int, int]], set[frozenset[int]]]:
+    """Directed sides without a twin, and edges with a pair of twins whose faces bend by more than `angle` degrees.
+
+    A face and its copy turned over, back to back, are no such pair unless they are alone at the edge.
+    """
+    sides = [(int(f[c]), int(f[(c + 1) % 3]), n) for n, f in enumerate(faces) for c in range(3)]
+    normals = np.cross(vertices[faces[:, 1]] - vertices[faces[:, 0]], vertices[faces[:, 2]] - vertices[faces[:, 0]])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    boundary, sharp = set(), set()
+    for i, j, f in sides:
+        twins = [g for a, b, g in sides if (a, b) == (j, i)]
+        if not twins:
+            boundary.add((i, j))
+        alone = sum({a, b} == {i, j} for a, b, _ in sides) == 2
+        pairs = [g for g in twins if alone or set(faces[f]) != set(faces[g])]
+        if any(normals[f] @ normals[g] < np.cos(np.radians(angle)) for g in pairs):
+            sharp.add(frozenset((i, j)))
+    return boundary, sharp
+
+
+def found(surface: Surface, angle: float) -> tuple[set[tuple[int, int]], set[frozenset[int]]]:
+    boundary = {(int(i), int(j)) for i, j in surface.boundary_edges.ends}
+    creases = surface.creases(angle)
+    sharp = {frozenset((int(i), int(j))) for i, j in creases.ends}
+    assert len(sharp) == len(creases)
+    return boundary, sharp
+
+
+def tangle(seed: int) -> tuple[Floats, Ints]:
+    """Random faces on few vertices: sides used by many faces, in both directions, faces repeated and turned."""
+    rng = np.random.default_rng(seed)
+    faces = np.array([rng.permutation(12)[:3] for _ in range(40)])
+    return rng.normal(size=(12, 3)), faces
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_tangled_meshes(seed: int) -> None:
+    vertices, faces = tangle(seed)
+    surface = Surface(Mesh(vertices, faces))
+    assert found(surface, 50.0) == brute_force(vertices, faces, 50.0)
+    assert not surface.is_closed
+
+
+@pytest.mark.parametrize("build", [analytic.cube, analytic.icosphere, analytic.torus, analytic.sphere])
+def test_closed_meshes(build) -> None:  # type: ignore[no-untyped-def]
+    surface = Surface(Mesh(*build()))
+    assert surface.is_closed
+    assert len(surface.boundary_edges) == 0
+
+
+@pytest.mark.parametrize("cells", [1, 5])
+def test_a_sheet_has_one_border(cells: int) -> None:
+    surface = Surface(Mesh(*analytic.plane(cells)))
+    assert not surface.is_closed
+    assert len(surface.boundary_edges) == 4 * cells
+
+
+def test_one_face_less_or_turned_opens_a_mesh() -> None:
+    vertices, faces = analytic.icosphere(2)
+    assert not Surface(Mesh(vertices, faces[1:])).is_closed
+    turned = faces.copy()
+    turned[7] = turned[7, ::-1]
+    surface = Surface(Mesh(vertices, turned))
+    assert not surface.is_closed
+    assert len(surface.boundary_edges) == 6
+
+
+def test_a_cube_has_twelve_creases() -> None:
+    """Its faces' diagonals are none; every crease is 90 degrees."""
+    surface = Surface(Mesh(*analytic.cube()))
+    assert len(surface.creases()) == len(surface.creases(89.9)) == 12
+    assert len(surface.creases(90.1)) == 0
+    lines = surface.creases().lines(LineFamily.CREASES, surface.mesh.vertices)
+    assert np.linalg.norm(lines.points[:, 1] - lines.points[:, 0], axis=1).tolist() == [1.0] * 12
+    on_face = surface.mesh.faces[lines.face]
+    ends = surface.creases().ends
+    assert all(set(pair) < set(face) for pair, face in zip(ends.tolist(), on_face.tolist(), strict=True))
+
+
+def test_a_hub_of_many_faces_takes_no_quadratic_time() -> None:
+    """20000 faces round one vertex."""
+    phi = np.linspace(0, 2 * np.pi, 20000, endpoint=False)
+    n = np.arange(20000)
+    vertices = np.concatenate([np.stack([np.cos(phi), np.sin(phi), 0 * phi], axis=1), [[0, 0, 0.1]]])
+    surface = Surface(Mesh(vertices, np.stack([n, (n + 1) % 20000, np.full(20000, 20000)], axis=1)))
+    assert len(surface.boundary_edges) == 20000
+    assert len(surface.creases()) == 0

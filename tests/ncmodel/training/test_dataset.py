@@ -1,0 +1,218 @@
+"""Reading ranking pairs and view folders: what they hold, what it costs, and what is wrong with bad ones."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from ncmodel.data.item import Item
+from ncmodel.errors import InputError
+from ncmodel.images import read_grey
+from ncmodel.nets.presets import Variation
+from ncmodel.training.batches import even_chunks, load_batch, load_pairs, pair_chunks, shrink, vary
+from ncmodel.training.dataset import DataFolder, Pair, best_drawings, read_pairs
+from tests.helpers.training_data import SIDE, make_data
+
+GOOD = {"shape": "s000", "view": 0, "better": 1, "worse": 2, "votes_for": 2, "votes": 3, "split": "train"}
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    root = tmp_path_factory.mktemp("data")
+    make_data(root, shapes=3, held_out=1)
+    return root
+
+
+def write_pairs(path: Path, *records: object) -> Path:
+    lines = [record if isinstance(record, str) else json.dumps(record) for record in records]
+    path.write_text("\n".join(lines))
+    return path
+
+
+def test_pairs_are_read_as_they_stand(data: Path) -> None:
+    pairs = read_pairs(data / "pairs.jsonl")
+    assert len(pairs) == 3 * 2 * 7
+    assert {pair.item.name for pair in pairs} == {f"s{shape:03d}_{view}" for shape in range(3) for view in range(2)}
+    assert {pair.item.shape for pair in pairs if pair.split == "validation"} == {"s000"}
+
+
+def test_blank_lines_a_byte_order_mark_and_crlf_are_fine(tmp_path: Path) -> None:
+    path = tmp_path / "pairs.jsonl"
+    path.write_bytes(b"\xef\xbb\xbf" + json.dumps(GOOD).encode() + b"\r\n\r\n")
+    assert read_pairs(path) == [Pair(Item("s000", "0"), 1, 2, "train")]
+
+
+@pytest.mark.parametrize(
+    ("record", "complaint"),
+    [
+        ("{", "not JSON"),
+        ("[1, 2]", r"found \[1, 2\]"),
+        ({"shape": "a"}, "found"),
+        ({**GOOD, "better": 8}, "better is 8; expected a drawing 0..7"),
+        ({**GOOD, "worse": True}, "worse is True"),
+        ({**GOOD, "worse": 1.0}, "worse is 1.0"),
+        ({**GOOD, "worse": 1}, "better and worse are both 1"),
+        ({**GOOD, "split": "test"}, "split is 'test'"),
+        ({**GOOD, "shape": "../../etc"}, "shape is '../../etc'"),
+        ({**GOOD, "shape": ""}, "shape is ''"),
+        ({**GOOD, "view": 1.5}, "view is 1.5"),
+    ],
+)
+def test_bad_lines_are_named_with_their_number(tmp_path: Path, record: object, complaint: str) -> None:
+    path = write_pairs(tmp_path / "pairs.jsonl", GOOD, record)
+    with pytest.raises(InputError, match=f"pairs.jsonl:2: {complaint}"):
+        read_pairs(path)
+
+
+def test_files_that_are_no_pairs(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="can't be read"):
+        read_pairs(tmp_path / "missing.jsonl")
+    (tmp_path / "binary").write_bytes(b"\xff\xfe\x00\x01")
+    with pytest.raises(InputError, match="not UTF-8"):
+        read_pairs(tmp_path / "binary")
+    with pytest.raises(InputError, match="0 pairs, none to train on"):
+        read_pairs(write_pairs(tmp_path / "empty"))
+    with pytest.raises(InputError, match="1 pairs, none to train on"):
+        read_pairs(write_pairs(tmp_path / "held", {**GOOD, "split": "validation"}))
+    with pytest.raises(InputError, match="'s000' is in both splits"):
+        read_pairs(write_pairs(tmp_path / "both", GOOD, {**GOOD, "view": 1, "split": "validation"}))
+
+
+def test_best_drawings_win_most_pairs() -> None:
+    item, other = Item("a", "0"), Item("b", "0")
+    pairs = [Pair(item, better, worse, "train") for better, worse in [(3, 1), (3, 2), (1, 2)]]
+    pairs += [Pair(other, better, worse, "train") for better, worse in [(5, 1), (4, 2)]]
+    assert best_drawings(pairs) == {item: 3, other: 4}
+
+
+def test_maps_and_drawings_are_fitted_into_squares(data: Path) -> None:
+    folder, item = DataFolder(data, (32, 48)), Item("s001", "1")
+    maps, drawing = folder.maps(item, 48), folder.drawing(item, 2, 32)
+    assert maps.shape == (7, 48, 48)
+    assert drawing.shape == (32, 32)
+    assert maps[:, 0, 0].tolist() == [1.0] * 7
+    assert drawing[0, 0] == 0.0
+    raw = read_grey(data / "views" / "s001_1" / "depth.png")
+    np.testing.assert_allclose(maps[0], raw.reshape(48, 2, 48, 2).mean(axis=(1, 3)), atol=2e-5)
+    ink = 1 - read_grey(data / "views" / "s001_1" / "drawings" / "2.png")
+    assert drawing.mean() == pytest.approx(ink.mean(), abs=1e-5)
+
+
+def test_memory_stays_within_the_cache(data: Path) -> None:
+    bytes_of_a_file = 2 * SIDE * SIDE
+    folder = DataFolder(data, (SIDE,), cache_bytes=4 * bytes_of_a_file)
+    items = [Item(f"s{shape:03d}", str(view)) for shape in range(3) for view in range(2)]
+    first = [folder.maps(item, SIDE) for item in items]
+    assert len(folder._cache) == 4
+    for item, maps in zip(items, first, strict=True):
+        np.testing.assert_array_equal(folder.maps(item, SIDE), maps)
+    assert sum(image.nbytes for images in folder._cache.values() for image in images.values()) <= 4 * bytes_of_a_file
+
+
+def test_a_cache_too_small_for_anything_still_works(data: Path) -> None:
+    folder = DataFolder(data, (16,), cache_bytes=0)
+    assert folder.maps(Item("s000", "0"), 16).shape == (7, 16, 16)
+    assert len(folder._cache) == 1
+
+
+def test_unknown_items_and_folders_are_named(data: Path, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"pairs.jsonl: item 'x_0' is unknown"):
+        DataFolder(data, (16,)).require([Item("x", "0")], "pairs.jsonl")
+    with pytest.raises(InputError, match="no folder 'views' in it"):
+        DataFolder(tmp_path, (16,)).require([], "pairs.jsonl")
+
+
+def test_damaged_pictures_are_named(tmp_path: Path) -> None:
+    make_data(tmp_path, shapes=1, views=1)
+    folder, view = DataFolder(tmp_path, (16,)), tmp_path / "views" / "s000_0"
+    (view / "depth.png").write_bytes((view / "depth.png").read_bytes()[:200])
+    with pytest.raises(InputError, match=r"s000_0/depth.png: .*damaged"):
+        folder.maps(Item("s000", "0"), 16)
+    (view / "drawings" / "3.png").unlink()
+    with pytest.raises(InputError, match=r"s000_0/drawings/3.png: can't be read"):
+        folder.drawing(Item("s000", "0"), 3, 16)
+
+
+@pytest.mark.parametrize(("count", "size"), [(1, 32), (31, 32), (100, 32), (7, 2), (623, 32)])
+def test_chunks_hold_everything_once_and_are_even(count: int, size: int) -> None:
+    chunks = even_chunks(list(range(count)), size)
+    assert [value for chunk in chunks for value in chunk] == list(range(count))
+    lengths = {len(chunk) for chunk in chunks}
+    assert max(lengths) - min(lengths) <= 1
+    assert 0.5 * min(size, count) < max(lengths) <= 1.5 * size
+
+
+def test_an_epoch_holds_every_pair_once_in_an_order_of_its_own(data: Path) -> None:
+    pairs = read_pairs(data / "pairs.jsonl")
+    first, again, other = (
+        [pair for chunk in pair_chunks(pairs, 10, np.random.default_rng(seed)) for pair in chunk] for seed in (1, 1, 2)
+    )
+    assert first == again != other
+    assert sorted(map(repr, first)) == sorted(map(repr, pairs))
+
+
+def test_a_drawing_that_is_in_many_pairs_is_loaded_once(data: Path) -> None:
+    pairs = [pair for pair in read_pairs(data / "pairs.jsonl") if pair.item.shape == "s001"]
+    loaded = load_pairs(DataFolder(data, (16,)), pairs, 16)
+    assert loaded.batch.maps.shape == (2, 7, 16, 16)
+    assert loaded.batch.drawings.shape == (16, 1, 16, 16)
+    folder = DataFolder(data, (16,))
+    for pair, better, worse in zip(pairs, loaded.better.tolist(), loaded.worse.tolist(), strict=True):
+        for index, place in ((pair.better, better), (pair.worse, worse)):
+            np.testing.assert_array_equal(loaded.batch.drawings[place, 0].numpy(), folder.drawing(pair.item, index, 16))
+    assert loaded.batch.view.tolist() == [0] * 8 + [1] * 8
+
+
+def test_variation_moves_maps_and_drawings_together(data: Path) -> None:
+    folder, item = DataFolder(data, (SIDE,)), Item("s002", "0")
+    batch = load_batch(folder, [(item, 0)], SIDE)
+    # A drawing that is the depth map itself must stay so, wherever both go.
+    batch = replace(batch, drawings=1.0 - batch.maps[:, :1])
+    seen = set()
+    for seed in range(40):
+        varied = vary(batch, Variation(quarter_turns=True), np.random.default_rng(seed))
+        torch.testing.assert_close(varied.drawings, 1.0 - varied.maps[:, :1])
+        torch.testing.assert_close(varied.drawings.sum(), batch.drawings.sum())  # the margin keeps all in frame
+        seen.add(varied.drawings.numpy().tobytes())
+    assert len(seen) >= 35
+
+
+@pytest.mark.parametrize(
+    ("variation", "expected"),
+    [
+        (Variation(mirror=True, quarter_turns=True, shift=0), range(8)),
+        (Variation(mirror=True, shift=0), (0, 1)),
+        (Variation(mirror=False, quarter_turns=True, shift=0), (0, 2, 4, 6)),
+        (Variation(mirror=False, shift=0), (0,)),
+    ],
+)
+def test_poses_are_those_that_the_variation_allows(data: Path, variation: Variation, expected: Sequence[int]) -> None:
+    batch = load_batch(DataFolder(data, (32,)), [(Item("s002", "0"), 0)], 32)
+    image = batch.drawings[0, 0]
+    poses = [turned for turns in range(4) for turned in (image.rot90(turns), image.rot90(turns).flip(-1))]
+    counts = [0] * 8
+    for seed in range(80):
+        varied = vary(batch, variation, np.random.default_rng(seed)).drawings[0, 0]
+        (found,) = [number for number, pose in enumerate(poses) if torch.equal(pose, varied)]
+        counts[found] += 1
+    assert [count > 0 for count in counts] == [number in expected for number in range(8)]
+
+
+def test_variation_is_the_seeds(data: Path) -> None:
+    batch = load_batch(DataFolder(data, (32,)), [(Item("s002", "0"), 0)], 32)
+    first, again = (vary(batch, Variation(quarter_turns=True), np.random.default_rng(9)) for _ in range(2))
+    assert torch.equal(first.maps, again.maps)
+    assert torch.equal(first.drawings, again.drawings)
+
+
+def test_shrinking_averages() -> None:
+    images = torch.rand(2, 3, 12, 12)
+    expected = images.reshape(2, 3, 4, 3, 4, 3).mean(dim=(3, 5))
+    torch.testing.assert_close(shrink(images, 4), expected)
+    assert shrink(images, 12) is images
+    with pytest.raises(ValueError, match="12 can't be averaged to side 5"):
+        shrink(images, 5)
