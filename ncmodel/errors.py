@@ -1,7 +1,8 @@
 """The errors that this project raises on purpose.
 
 NeuralContoursError          anything a user can mend; its text is one line
-├── UsageError               an option or argument has a value that makes no sense
+├── UsageError               what was asked for makes no sense
+│   └── ArgumentError        one parameter has a value that makes no sense
 ├── InputError               a file is missing, unreadable, or not what was expected
 │   └── MeshError            a mesh can't be read, is empty, or can't be repaired
 └── BatchError               some items of a batch failed; all others were written
@@ -18,7 +19,31 @@ class NeuralContoursError(Exception):
 
 
 class UsageError(NeuralContoursError):
-    """An option or argument has a value that makes no sense."""
+    """What was asked for makes no sense."""
+
+
+class ArgumentError(UsageError):
+    """One parameter has a value that makes no sense.
+
+    The library names the parameter as its caller knows it; the command line names the option of that name.
+
+    Args:
+        parameter: The parameter's name in Python.
+        found: What it was, or what is wrong with it.
+        expected: What was expected instead.
+    """
+
+    def __init__(self, parameter: str, found: str, expected: str) -> None:
+        super().__init__(f"{parameter}: found {found}, expected {expected}")
+        self.parameter, self.found, self.expected = parameter, found, expected
+
+    def __reduce__(self) -> tuple[type["ArgumentError"], tuple[str, str, str]]:
+        return type(self), (self.parameter, self.found, self.expected)
+
+    @property
+    def as_option(self) -> str:
+        """The same, of the command line's option."""
+        return f"--{self.parameter.replace('_', '-')}: found {self.found}, expected {self.expected}"
 
 
 class InputError(NeuralContoursError):

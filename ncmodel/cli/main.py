@@ -15,7 +15,7 @@ import typer
 from typer.core import TyperGroup
 from typer.exceptions import TyperException
 
-from ncmodel.errors import BatchError, NeuralContoursError, UsageError
+from ncmodel.errors import ArgumentError, BatchError, NeuralContoursError, UsageError
 
 DISTRIBUTION = "neural-contours"
 GROUP = "ncontours.commands"
@@ -115,6 +115,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return run(argv)
     except BatchError as error:
         return _complain(error, 1)
+    except ArgumentError as error:
+        return _complain(error.as_option, 2)
     except NeuralContoursError as error:
         return _complain(error, 2)
     except TyperException as error:
