@@ -8,9 +8,9 @@ from ncmodel.drawing.thresholding import fade
 from ncmodel.lines import contours
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
-from ncmodel.types import Floats, LineFamily, Mesh
+from ncmodel.types import LineFamily, Mesh
 from tests.helpers import analytic
-from tests.helpers.segments import expected_segments, matched, same
+from tests.helpers.segments import expected_segments, length, matched, same
 from tests.helpers.views import EYE, seen
 
 
@@ -36,10 +36,6 @@ def test_suggestive_strength_is_never_negative(view: View) -> None:
     lines = view.lines(LineFamily.SUGGESTIVE)
     assert (lines.strength >= 0).all()
     assert not np.isnan(lines.strength).any()
-
-
-def length(segments: Floats) -> float:
-    return float(np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum())
 
 
 def test_the_sign_of_kr_parts_the_zeros_of_n_dot_v(view: View) -> None:

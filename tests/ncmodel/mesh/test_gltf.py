@@ -14,7 +14,7 @@ from ncmodel.errors import MeshError
 from ncmodel.mesh.gltf import read_gltf
 from ncmodel.mesh.load import load_mesh
 from ncmodel.types import Floats
-from tests.helpers.gltf_files import INDICES, POSITIONS, RECORD, as_glb, scene
+from tests.helpers.gltf_files import INDICES, POSITIONS, as_glb, scene
 from tests.helpers.mesh_files import tetrahedron
 
 VERTICES, FACES = tetrahedron()

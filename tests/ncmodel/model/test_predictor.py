@@ -20,8 +20,9 @@ from ncmodel.nets.ranking import RankingModule
 from ncmodel.nets.translation import TranslationBranch
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
-from ncmodel.types import FILTERED_FAMILIES, Floats, Ints, LineFamily, Mesh
+from ncmodel.types import FILTERED_FAMILIES, LineFamily, Mesh
 from tests.helpers.analytic import monkey_saddle, torus
+from tests.helpers.views import orbited
 
 pytestmark = pytest.mark.usefixtures("one_thread")
 
@@ -59,10 +60,6 @@ def with_edges() -> Checkpoint:
     return Checkpoint(PRESET, networks().ranker, ShadedEdges(PRESET.translation))
 
 
-def seen(vertices: Floats, faces: Ints, side: int = SEEN_SIDE) -> View:
-    return View(Surface(Mesh(vertices, faces)), Camera.orbit(vertices, size=(side, side)))
-
-
 @pytest.fixture(scope="module")
 def bent() -> Surface:
     vertices, faces = torus(48, 24)
@@ -72,7 +69,7 @@ def bent() -> Surface:
 
 def view_of(surface: Surface, side: int = SEEN_SIDE) -> View:
     """A view that shares no view-independent quantities either, so that its trace is its own."""
-    return seen(surface.mesh.vertices, surface.mesh.faces, side)
+    return orbited(surface.mesh.vertices, surface.mesh.faces, side)
 
 
 def test_variants_are_what_the_networks_allow() -> None:
@@ -161,7 +158,7 @@ def test_choices_are_deterministic(bent: Surface) -> None:
 
 
 def test_boundaries_are_a_choice_where_there_are_some() -> None:
-    choice = Model(networks()).choose(seen(*monkey_saddle(16)), "geometry", "draft")
+    choice = Model(networks()).choose(orbited(*monkey_saddle(16), SEEN_SIDE), "geometry", "draft")
     assert choice.optimum is not None
     assert (LineFamily.BOUNDARIES in choice.families) == choice.optimum.boundaries
 
