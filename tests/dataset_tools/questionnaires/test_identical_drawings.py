@@ -146,10 +146,12 @@ def test_stand_ins_of_a_sentinel_are_different_pictures(data: Path, tmp_path: Pa
     make_batch(data, tmp_path / "b", dict.fromkeys(items, 9), scheme, Look(64, 64), artists)
     key = Key.load(tmp_path / "b")
     with (tmp_path / "b/tasks.csv").open(newline="") as file:
-        for row in csv.DictReader(file):
-            for question in key.questionnaires[row["questionnaire"]].questions:
-                shown = [(tmp_path / "b" / row[f"{question.field}_d{place}"]).read_bytes() for place in range(1, 9)]
-                assert len(set(shown)) == len(different(question.twins))
+        rows = list(csv.DictReader(file))
+    asked = [(row, question) for row in rows for question in key.questionnaires[row["questionnaire"]].questions]
+    assert any(question.sentinel for _, question in asked)
+    for row, question in asked:
+        shown = [(tmp_path / "b" / row[f"{question.field}_d{place}"]).read_bytes() for place in range(1, 9)]
+        assert len(set(shown)) == len(different(question.twins))
 
 
 def test_votes_without_the_column_have_no_twins(tmp_path: Path) -> None:

@@ -22,7 +22,7 @@ from ncmodel.scene.surface import Surface
 from ncmodel.types import Image, LineFamily, Mesh, Stroke, Thresholds
 from tests.helpers import analytic
 from tests.helpers.dirty import box, joined
-from tests.helpers.pages import near
+from tests.helpers.pictures import near
 
 PICTURES = {
     "contours": ("contours",),

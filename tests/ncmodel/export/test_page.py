@@ -12,7 +12,7 @@ from ncmodel.export.pdf import pdf
 from ncmodel.export.png import ink, png
 from ncmodel.export.svg import svg
 from ncmodel.types import Stroke
-from tests.helpers.pages import SVG, scribbles
+from tests.helpers.pictures import SVG, scribbles
 
 
 def pixel_of(data: bytes, column: int, row: int) -> list[int]:
