@@ -18,13 +18,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from dataset_tools.candidates.candidates import line_width
 from ncmodel.images import png_ink, png_map
 from ncmodel.errors import InputError
-from ncmodel.drawing.thresholding import fade
 from ncmodel.geometry.shading import interpolate
 from ncmodel.scene.view import View
-from ncmodel.model.maps import LineMaps, feature_percentile, network_maps
+from ncmodel.model.maps import LineMaps, network_maps, unfiltered
 from ncmodel.export.rasterize import draw_segments
 from ncmodel.types import FILTERED_FAMILIES, Floats, Image, LineFamily
 
@@ -91,13 +89,13 @@ class ExchangedView:
 
 def exchanged(view: View) -> ExchangedView:
     """A view of ours in the terms of the published code."""
-    hit, p90 = view.buffers.hit, np.array([feature_percentile(view, family) for family in FILTERED_FAMILIES])
-    lines = np.stack([_draw(view, family) for family in FILTERED_FAMILIES])
+    hit, p90 = view.buffers.hit, np.array([view.feature_percentile(family) for family in FILTERED_FAMILIES])
+    lines = np.stack([unfiltered(view, family)[0] for family in FILTERED_FAMILIES])
     features = np.stack([view.feature_map(f) / unit for f, unit in zip(FILTERED_FAMILIES, p90.tolist(), strict=True)])
     features = np.where(hit, np.clip(features, 0.0, 1.0), 1.0).astype(np.float32)
     facing = interpolate(view.buffers, view.surface.faces, view.n_dot_v)
     n_dot_v = np.where(hit, np.clip(facing, 0.0, 1.0), 1.0).astype(np.float32)
-    base = np.maximum(_draw(view, LineFamily.CONTOURS), _draw(view, LineFamily.CREASES))
+    base = np.maximum(*(unfiltered(view, family)[0] for family in (LineFamily.CONTOURS, LineFamily.CREASES)))
     return ExchangedView(lines, features, base, n_dot_v, network_maps(view), p90, float(view.surface.feature_size))
 
 
@@ -118,13 +116,6 @@ def read_exchanged(folder: str | Path) -> ExchangedView:
     infos = [_info(root / f"{name}_info.txt") for name in NAMES]
     p90 = np.array([unit for unit, _ in infos])
     return ExchangedView(np.stack(lines), np.stack(features), 1.0 - base, n_dot_v, maps, p90, infos[0][1])
-
-
-def _draw(view: View, family: LineFamily) -> Image:
-    segments = fade(view.visible(family), 0.0, unit="p90")
-    camera = view.camera
-    points = camera.project(segments.points)[..., :2]
-    return draw_segments(points, np.ones(points.shape[:2]), line_width(camera), (camera.height, camera.width))
 
 
 def _alike(root: Path, names: Sequence[str]) -> list[Image]:

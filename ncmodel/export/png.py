@@ -1,11 +1,14 @@
 """Drawings as pixels: their ink, and PNG files."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
-from ncmodel.export.page import Picture
+from ncmodel.camera import Camera
+from ncmodel.export.page import WIDTH, Picture
 from ncmodel.export.rasterize import draw_segments
-from ncmodel.types import Image
+from ncmodel.types import Image, Stroke
 
 
 def ink(picture: Picture) -> Image:
@@ -16,6 +19,11 @@ def ink(picture: Picture) -> Image:
         alpha = np.concatenate([np.stack([s.alpha[:-1], s.alpha[1:]], axis=1) for s in strokes])
         image = draw_segments(points, alpha, picture.width_of(family), image.shape, onto=image)
     return image
+
+
+def strokes_ink(strokes: Sequence[Stroke], camera: Camera, width: float = WIDTH) -> Image:
+    """(H, W) ink of strokes in a camera's picture, as drawings have them; `width` as `Picture.line_width`."""
+    return ink(Picture(camera.width, camera.height, strokes, width))
 
 
 def png(picture: Picture) -> bytes:
