@@ -14,11 +14,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ncmodel.images import png_ink, png_map
+from ncmodel.images import png_ink, png_map, read_grey
 from ncmodel.errors import InputError
 from ncmodel.geometry.shading import interpolate
 from ncmodel.scene.view import View
@@ -32,7 +31,6 @@ DEFAULT_SIZE = (1024, 768)
 NAMES = ("suggestive_contour", "ridge", "valley", "apparent_ridge")
 """In the order of t = (t_S, t_R, t_V, t_A)."""
 
-_FULL = {"uint8": 255.0, "uint16": 65535.0}
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,19 +117,8 @@ def read_exchanged(folder: str | Path) -> ExchangedView:
 
 
 def _alike(root: Path, names: Sequence[str]) -> list[Image]:
-    return [_read(root / name) for name in names]
-
-
-def _read(path: Path) -> Image:
-    """(H, W) brightness in [0, 1]."""
-    try:
-        data = np.frombuffer(path.read_bytes(), dtype=np.uint8)
-    except OSError as error:
-        raise InputError(path, f"can't be read ({error.strerror})", "a PNG file") from error
-    stored = cv2.imdecode(data, cv2.IMREAD_ANYDEPTH | cv2.IMREAD_GRAYSCALE) if data.size else None
-    if stored is None:
-        raise InputError(path, f"{data.size} bytes that aren't a picture", "a PNG file")
-    return np.asarray(stored / _FULL[stored.dtype.name], dtype=np.float32)
+    """(H, W) brightness of each picture."""
+    return [read_grey(root / name) for name in names]
 
 
 def _info(path: Path) -> tuple[float, float]:

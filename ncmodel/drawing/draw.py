@@ -4,7 +4,7 @@ Only what a request needs is computed: contours need no curvature, a family that
 lines are thresholded before their visibility is decided.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
@@ -70,7 +70,7 @@ def draw(
     shape: Mesh | Surface | str | Path,
     camera: Camera | None = None,
     lines: arguments.Lines | None = None,
-    thresholds: Thresholds | Mapping[str, float | None] | None = None,
+    thresholds: arguments.ThresholdValues | None = None,
     *,
     model: Chooser | None = None,
     preset: str = "balanced",

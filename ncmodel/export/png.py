@@ -10,6 +10,9 @@ from ncmodel.export.page import WIDTH, Picture
 from ncmodel.export.rasterize import draw_segments
 from ncmodel.types import Image, Stroke
 
+PNG_LEVEL = 4
+"""Of compression: drawings are written while somebody waits."""
+
 
 def ink(picture: Picture) -> Image:
     """(H, W) ink in [0, 1]."""
@@ -28,10 +31,10 @@ def strokes_ink(strokes: Sequence[Stroke], camera: Camera, width: float = WIDTH)
 
 def png(picture: Picture) -> bytes:
     """A PNG file: grey on white, colours on a background, or black with transparency."""
-    import cv2
+    from ncmodel.images import png_bytes
 
     cover = ink(picture)
-    paper, line = (np.array(c[::-1], dtype=np.float32) / 255 for c in picture.inks)
+    paper, line = (np.array(c, dtype=np.float32) / 255 for c in picture.inks)
     if picture.background == "transparent":
         pixels = np.zeros((*cover.shape, 4), dtype=np.uint8)
         pixels[..., 3] = _bytes(cover)
@@ -39,7 +42,7 @@ def png(picture: Picture) -> bytes:
         pixels = _bytes(paper[0] + cover * (line[0] - paper[0]))
     else:
         pixels = _bytes(paper + cover[..., None] * (line - paper))
-    return bytes(cv2.imencode(".png", pixels, [cv2.IMWRITE_PNG_COMPRESSION, 4])[1])
+    return png_bytes(pixels, PNG_LEVEL)
 
 
 def _bytes(values: NDArray[np.floating]) -> NDArray[np.uint8]:

@@ -51,6 +51,7 @@ def test_what_is_scored_is_what_is_written(make: Callable[[], View], share: floa
     values = {family.value: value for family, value in zip(FILTERED_FAMILIES, t, strict=True)}
     families = (LineFamily.CONTOURS, LineFamily.BOUNDARIES, *FILTERED_FAMILIES)
     ink = draw_view(view, Plan(families, Thresholds(unit="p90").with_values(**values))).ink()
-    written = Square(*ink.shape, 192).fit(ink[None], 0.0)[0]
+    height, width = ink.shape
+    written = Square(height, width, 192).fit(ink[None], 0.0)[0]
     assert written.sum() > 50
     assert np.abs(scored - written).sum() < INK_TOLERANCE * written.sum()
