@@ -14,6 +14,7 @@ import typer
 
 from ncmodel.cli.common import emit, progress
 from ncmodel.errors import BatchError, InputError, NeuralContoursError, UsageError
+from ncmodel.export.page import WIDTH
 from ncmodel.types import FILTERED_FAMILIES
 
 if TYPE_CHECKING:
