@@ -30,8 +30,7 @@ from dataset_tools.votes.votes import read_votes
 from ncmodel.cli.main import main
 from ncmodel.data.item import Item
 from ncmodel.errors import InputError
-from tests.dataset_tools.votes.test_consensus import vote
-from tests.helpers.crowd_data import make_artists, make_data
+from tests.helpers.crowd_data import make_artists, make_data, vote
 
 PAIRED = (0, 1, 2, 3, 0, 1, 2, 3)
 """Four different drawings, each shown twice."""

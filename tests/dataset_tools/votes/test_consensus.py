@@ -18,14 +18,7 @@ from dataset_tools.votes.reliability import assess, counted
 from dataset_tools.votes.votes import Vote
 from ncmodel.data.item import Item
 from ncmodel.errors import UsageError
-
-
-def vote(worker: str, shape: str, choice: int, **more: object) -> Vote:
-    values: dict[str, object] = {
-        "worker": worker, "assignment": f"a-{worker}", "questionnaire": "q", "question": 1, "shape": shape, "view": "0",
-        "choice": choice, "sentinel": False, "passed": None, "seconds": 5.0, "source": "mturk",
-    }  # fmt: skip
-    return Vote(**{**values, **more})  # type: ignore[arg-type]
+from tests.helpers.crowd_data import vote
 
 
 def sentinel(worker: str, passed: bool, **more: object) -> Vote:
