@@ -204,9 +204,10 @@ def aggregate(
     as_json: AsJson = False,
 ) -> None:
     """Turn votes into ranking pairs: reliable participants, consensus, shapes held out."""
-    from dataset_tools.votes.consensus import Rules, write_pairs
+    from dataset_tools.votes.consensus import Rules
     from dataset_tools.votes.consensus import aggregate as find_consensus
     from dataset_tools.votes.votes import read_votes
+    from ncmodel.data.pairs import write_pairs
 
     if method not in ("majority", "one-coin"):
         raise UsageError(f"--method is {method!r}, expected majority or one-coin")
@@ -224,7 +225,7 @@ def aggregate(
     found = find_consensus(read_votes(votes), rules)
     if not found.verdicts:
         raise InputError(votes, "no vote on any item", "votes that `ncontours crowd ingest` wrote")
-    write_pairs(output, found)
+    write_pairs(output, found.pairs())
     summary = found.summary()
     text = "{reliable} of {participants} participants reliable, {accepted} of {items} items accepted, {pairs} pairs"
     emit(summary, as_json, text.format(**summary) + f" in {output}")
@@ -273,7 +274,7 @@ def audit(
     from dataset_tools.votes.consensus import Rules
     from dataset_tools.votes.votes import read_votes
 
-    found = look_into(list(read_votes(votes)), Rules())
+    found = look_into(read_votes(votes), Rules())
     write_audit(found, output, data)
     summary = found.summary()
     alpha = "not defined" if found.alpha is None else f"{found.alpha:.2f}"

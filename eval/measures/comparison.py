@@ -1,6 +1,5 @@
 """Methods beside each other: means with confidence intervals, the best of each measure, and paired differences."""
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -10,6 +9,7 @@ import numpy as np
 from eval.measures.bootstrap import percentile_interval, resampled_means
 from eval.measures.evaluation import Evaluation, Score, Settings, targets
 from eval.measures.metrics import LOWER_IS_BETTER, MEASURES, Measures
+from ncmodel.data.item import Item
 from ncmodel.errors import UsageError
 from ncmodel.report.html import Cell, Table
 from ncmodel.report.intervals import Interval
@@ -47,7 +47,11 @@ class Difference:
 
 def shape_of(name: str) -> str:
     """The shape a drawing shows: its name without the number of the view, SHAPE_VIEW."""
-    return re.sub(r"_\d+$", "", name)
+    try:
+        item = Item.named(name)
+    except ValueError:
+        return name
+    return item.shape if item.view.isdecimal() else name
 
 
 @dataclass(frozen=True)

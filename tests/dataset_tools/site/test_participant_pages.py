@@ -16,7 +16,6 @@ import pytest
 from starlette.applications import Starlette
 from starlette.testclient import TestClient
 
-from dataset_tools.build.items import list_items
 from dataset_tools.questionnaires.batch_folder import Look
 from dataset_tools.questionnaires.questionnaire import Key, Scheme
 from dataset_tools.simulation.crowd import make_batch
@@ -27,9 +26,9 @@ from dataset_tools.site.security import MAX_BODY, Guard
 from dataset_tools.site.served_batch import SiteBatch
 from dataset_tools.site.server import SiteFiles, make_app, read_consent, read_token, site_parameters
 from dataset_tools.votes.ingest import ingest_results, workers_of
-from dataset_tools.votes.votes import read_votes
+from ncmodel.data.data_folder import DataFolder
 from ncmodel.errors import InputError, UsageError
-from tests.helpers.crowd_data import make_artists, make_data
+from tests.helpers.crowd_data import make_artists, make_data, vote_rows
 
 LOOSE = Limits(answers=(10_000, 1000.0), starts=(10_000, 1000.0))
 
@@ -40,7 +39,7 @@ def batch(tmp_path_factory: pytest.TempPathFactory) -> Path:
     data = make_data(folder / "data", shapes=6, views=1)
     artists = make_artists(folder / "artists", data)
     scheme = Scheme(real=3, sentinels=2, pool=4, votes=2)
-    make_batch(data, folder / "batch", dict.fromkeys(list_items(data), 2), scheme, Look(32, 32), artists)
+    make_batch(data, folder / "batch", dict.fromkeys(DataFolder(data).items(), 2), scheme, Look(32, 32), artists)
     return folder / "batch"
 
 
@@ -123,7 +122,7 @@ def test_a_participant_from_consent_to_completion_code(site: Starlette, key: Key
     assert "C0DE" in done
     assert "https://app.prolific.com/submissions/complete?cc=C0DE" in done
     ingested = ingest_results(batch, [tmp_path / "votes.sqlite"], tmp_path / "votes.csv")
-    votes = list(read_votes(tmp_path / "votes.csv"))
+    votes = vote_rows(tmp_path / "votes.csv")
     assert (ingested.assignments, len(votes)) == (1, 5)
     assert {(v.worker, v.source) for v in votes} == {("anna1", "site")}
     assert all(v.passed for v in votes if v.sentinel)
