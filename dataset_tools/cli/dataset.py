@@ -5,7 +5,8 @@ from typing import Annotated, Any
 
 import typer
 
-from ncmodel.cli.common import emit, parse_size, progress
+from ncmodel.cli.common import emit, progress
+from ncmodel.drawing.arguments import size_of
 from ncmodel.errors import BatchError, UsageError
 
 group = typer.Typer(help="Clean meshes, choose views, draw and select candidates.", no_args_is_help=True)
@@ -40,7 +41,7 @@ def build(
     from dataset_tools.build.summary import summary_record, summary_text
     from ncmodel.data.data_folder import DataFolder
 
-    width, height = parse_size(size) if size else (None, None)
+    width, height = size_of(size) if size else (None, None)
     chosen = {"views": views, "width": width, "height": height, "seed": seed, "up": up, "min_faces": min_faces}
     rules = read_up_table(up_table) if up_table else None
     settings = _settings(config, DataFolder(data_dir).config_path, {**chosen, "up_rules": rules})
@@ -110,7 +111,7 @@ def export(
 
     _check_format(format_)
     data, item = DataFolder.of_view(view)
-    files = exchanged(data.open_view(item, parse_size(size))).files()
+    files = exchanged(data.open_view(item, size_of(size))).files()
     output.mkdir(parents=True, exist_ok=True)
     for name, content in files.items():
         write_bytes(output / name, content)
@@ -158,14 +159,14 @@ def levels(
     data_dir: Annotated[Path, typer.Argument(help="Data folder.")],
     as_json: Json = False,
 ) -> None:
-    """Measure how much each level of the candidates keeps on the views, and how many drawings differ."""
+    """Measure how much each threshold of the candidates keeps on the views, and how many drawings differ."""
     from dataclasses import asdict
 
-    from dataset_tools.build.summary import levels_text
-    from dataset_tools.build.threshold_study import study_levels
+    from dataset_tools.build.summary import thresholds_text
+    from dataset_tools.build.threshold_study import study_thresholds
 
-    study = study_levels(data_dir)
-    emit(asdict(study), as_json, levels_text(study))
+    study = study_thresholds(data_dir)
+    emit(asdict(study), as_json, thresholds_text(study))
 
 
 @group.command()

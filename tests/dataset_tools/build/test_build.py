@@ -16,18 +16,17 @@ import numpy as np
 import pytest
 
 from dataset_tools.build.build import Summary, build_dataset, folder_status
-from dataset_tools.candidates.candidates import INK_LEVEL
-from dataset_tools.build.runners import HereRunner, Runner, runner_for
-from ncmodel.mesh.ply import ply_bytes
 from dataset_tools.build.config import BuildConfig, TaskLimits
 from dataset_tools.build.mesh_files import find_sources, read_up_table
+from dataset_tools.build.runners import HereRunner, Runner, runner_for
 from dataset_tools.build.store import Store
+from dataset_tools.candidates.candidates import INK_LEVEL
 from ncmodel.camera import Camera
 from ncmodel.errors import InputError
 from ncmodel.mesh.load import load_mesh
+from ncmodel.mesh.ply import ply_bytes
 from ncmodel.types import Mesh
-from tests.helpers import analytic
-from tests.helpers import dirty
+from tests.helpers import analytic, dirty
 from tests.helpers.loopback import dask_cluster
 
 CONFIG = BuildConfig(width=64, height=48, render_size=32, min_faces=100)

@@ -12,8 +12,8 @@ from pathlib import Path
 import distributed
 import pytest
 
-from dataset_tools.build.worker_process import Limits
 from dataset_tools.build.runners import DaskRunner, HereRunner, PoolRunner, Runner, runner_for
+from dataset_tools.build.worker_process import Limits
 from ncmodel.errors import InputError, UsageError
 from tests.helpers.loopback import dask_cluster
 
