@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -42,6 +43,12 @@ def _make_view(folder: Path, vertices: np.ndarray, seed: int, renders: int, size
         write_png(folder / "drawings" / f"{index}.png", from_ink(scribble(rng, index + 2, size)))
     for index in range(renders):
         write_png(folder / "renders" / f"{index}.png", from_brightness(rng.random((size, size))))
+
+
+def vote_rows(path: Path) -> list[Any]:
+    """The votes in a file as named tuples, with None for what is missing."""
+    votes = read_votes(path)
+    return list(votes.astype(object).where(votes.notna(), None).itertuples(index=False, name="Row"))
 
 
 def scribble(rng: np.random.Generator, lines: int, size: int = SIZE) -> Image:

@@ -38,7 +38,7 @@ def test_a_participant_from_consent_to_completion_code(site: Starlette, key: Key
     assert "C0DE" in done
     assert "https://app.prolific.com/submissions/complete?cc=C0DE" in done
     ingested = ingest_results(batch, [tmp_path / "votes.sqlite"], tmp_path / "votes.csv")
-    votes = list(read_votes(tmp_path / "votes.csv"))
+    votes = vote_rows(tmp_path / "votes.csv")
     assert (ingested.assignments, len(votes)) == (1, 5)
     assert {(v.worker, v.source) for v in votes} == {("anna1", "site")}
     assert all(v.passed for v in votes if v.sentinel)
