@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import trimesh
 
-from dataset_tools.votes.votes import Vote
+from dataset_tools.votes.votes import Vote, read_votes
 from ncmodel.camera import Camera
 from ncmodel.data.item import DRAWINGS
 from ncmodel.images import from_brightness, from_ink, write_png

@@ -3,6 +3,7 @@
 import os
 import signal
 import subprocess
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -31,6 +32,10 @@ def test_a_cluster_leaves_the_same_bytes(reference: tuple[Path, Summary], meshes
     assert contents(tmp_path / "cluster") == contents(reference[0])
 
 
+def _begun(folder: Path, process: subprocess.Popen[bytes]) -> Callable[[], bool]:
+    return lambda: any(folder.glob("*")) or process.poll() is not None
+
+
 def test_a_killed_build_goes_on_to_the_same_bytes(
     reference: tuple[Path, Summary], meshes: Path, tmp_path: Path
 ) -> None:
@@ -38,7 +43,7 @@ def test_a_killed_build_goes_on_to_the_same_bytes(
     for moment in ("shapes", "views"):
         process = start_build(meshes, folder)
         # The kill comes while others of the kind are in the making.
-        wait_until(lambda k=moment, p=process: any((folder / k).glob("*")) or p.poll() is not None, 120)
+        wait_until(_begun(folder / moment, process), 120)
         assert any((folder / moment).glob("*")), "the build ended before it made anything"
         os.killpg(process.pid, signal.SIGKILL) if moment == "shapes" else process.kill()
         process.wait()

@@ -13,7 +13,7 @@ from dataset_tools.questionnaires.questionnaire import Key
 from dataset_tools.site.database import Policy, State
 from dataset_tools.site.security import MAX_BODY
 from dataset_tools.votes.ingest import ingest_results, workers_of
-from dataset_tools.votes.votes import read_votes
+from tests.helpers.crowd_data import vote_rows
 from tests.helpers.site_client import answer, app, asked, begin, page_secret, right_answers
 
 

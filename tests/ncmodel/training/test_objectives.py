@@ -7,13 +7,15 @@ import numpy as np
 import pytest
 import torch
 
+from ncmodel.data.data_folder import DataFolder
+from ncmodel.data.pairs import read_pairs
 from ncmodel.nets.blocks import initialise
 from ncmodel.nets.checkpoints import load_checkpoint
 from ncmodel.nets.presets import PRESETS, RankingDims, Rates, TranslationDims
 from ncmodel.nets.ranking import RankingModule
 from ncmodel.nets.translation import TranslationBranch
 from ncmodel.training.batches import load_pairs
-from ncmodel.training.dataset import DataFolder, read_pairs
+from ncmodel.training.dataset import ViewImages
 from ncmodel.training.objectives import finetune_losses
 from ncmodel.training.train import TrainOptions, run_training
 from tests.helpers.micro_training import MICRO
@@ -26,7 +28,7 @@ def test_finetuning_reaches_the_translator_through_the_merged_drawing(data: Path
     ranker, translator = RankingModule(MICRO.ranking), TranslationBranch(MICRO.translation)
     for network in (ranker, translator):
         initialise(network, torch.Generator().manual_seed(0))
-    pairs = load_pairs(DataFolder(data, (32,)), read_pairs(data / "pairs.jsonl")[:14], 32)
+    pairs = load_pairs(ViewImages(DataFolder(data), (32,)), read_pairs(data / "pairs.jsonl")[:14], 32)
     # In evaluation mode, where drawings of a batch don't influence each other through its statistics.
     losses = finetune_losses(ranker.eval(), translator, pairs)
     for loss, reached in ((losses.ranking, False), (losses.merged_ranking, True), (losses.cross_entropy, True)):
@@ -38,7 +40,7 @@ def test_a_translator_that_draws_nothing_leaves_the_ranking_loss_as_it_is(data: 
     ranker, translator = RankingModule(MICRO.ranking), TranslationBranch(MICRO.translation).eval()
     translator.expect_ink(0.0)
     translator.layers[-1].weight.data.zero_()  # type: ignore[operator]
-    pairs = load_pairs(DataFolder(data, (32,)), read_pairs(data / "pairs.jsonl")[:7], 32)
+    pairs = load_pairs(ViewImages(DataFolder(data), (32,)), read_pairs(data / "pairs.jsonl")[:7], 32)
     losses = finetune_losses(ranker.eval(), translator, pairs)
     torch.testing.assert_close(losses.merged_ranking, losses.ranking, rtol=1e-3, atol=1e-3)
 
@@ -61,7 +63,7 @@ def test_the_translator_learns_to_draw_the_outline(data: Path, tmp_path: Path) -
     preset = replace(MICRO, translation=dims, ranking=RankingDims(48, 2, (1, 1)), translator=rates)
     options = TrainOptions(stages=("translator",))
     report = run_training(data, data / "pairs.jsonl", tmp_path / "m.ckpt", preset, options)
-    folder, translator = DataFolder(data, (48,)), load_checkpoint(tmp_path / "m.ckpt").translator
+    folder, translator = ViewImages(DataFolder(data), (48,)), load_checkpoint(tmp_path / "m.ckpt").translator
     assert translator is not None
     entropy = [record["cross_entropy"] for record in report.history["translator"]]
     assert min(entropy) < 0.8 * entropy[0]
