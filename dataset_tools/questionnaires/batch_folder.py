@@ -13,7 +13,7 @@ from pathlib import Path
 
 from dataset_tools.questionnaires.questionnaire import IMAGES_NAME, KEY_NAME, TASKS_NAME, TEMPLATE_NAME, Tokens
 from dataset_tools.questionnaires.stimuli import DRAWING_LEVELS, image_pool
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError, UsageError
 from ncmodel.files import write_text
 from ncmodel.images import read_grey
 
@@ -45,7 +45,7 @@ class Look:
     def __post_init__(self) -> None:
         for name in ("drawing_side", "render_side"):
             if not 16 <= getattr(self, name) <= 4096:
-                raise UsageError(f"--{name.replace('_', '-')} is {getattr(self, name)}, expected 16..4096 pixels")
+                raise ArgumentError(name, str(getattr(self, name)), "16..4096 pixels")
 
 
 @dataclass(frozen=True)

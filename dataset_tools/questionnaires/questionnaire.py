@@ -13,7 +13,7 @@ from typing import Any
 
 from dataset_tools.questionnaires.identical_drawings import ALL_DIFFERENT, Twins, from_record, to_record
 from ncmodel.data.item import DRAWINGS, Item
-from ncmodel.errors import InputError, UsageError
+from ncmodel.errors import ArgumentError, InputError, UsageError
 
 NONE = "none"
 """The answer "none of these line drawings are good"."""
@@ -45,9 +45,9 @@ class Scheme:
     def __post_init__(self) -> None:
         for name, least in (("real", 1), ("sentinels", 0), ("votes", 1), ("seed", 0)):
             if getattr(self, name) < least:
-                raise UsageError(f"--{name} is {getattr(self, name)}, expected {least} or more")
+                raise ArgumentError(name, str(getattr(self, name)), f"{least} or more")
         if self.pool < self.sentinels:
-            raise UsageError(f"--pool is {self.pool}, expected at least --sentinels ({self.sentinels})")
+            raise ArgumentError("pool", str(self.pool), f"at least the sentinels of a questionnaire ({self.sentinels})")
         if self.real + self.sentinels > 999:
             raise UsageError(f"{self.real + self.sentinels} questions in a questionnaire, expected at most 999")
 

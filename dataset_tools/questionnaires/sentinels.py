@@ -72,7 +72,7 @@ class SentinelPool:
         shapes = {drawing.item.shape for drawing in (*artists, *candidates)}
         if len(shapes) < 2:
             found = f"drawings of {len(shapes)} shape" + ("" if len(shapes) == 1 else "s")
-            wanted = "two shapes or more, for sentinels show drawings of other shapes (or give --sentinels 0)"
+            wanted = "two shapes or more, for sentinels show drawings of other shapes, or a scheme with no sentinels"
             raise InputError("sentinels", found, wanted)
         self._rng = rng
         self._answers = _one_an_item(artists, size, rng)

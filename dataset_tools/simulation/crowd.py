@@ -17,7 +17,7 @@ from dataset_tools.simulation.artists import ArtistDrawings, crowd_artists
 from dataset_tools.simulation.participants import Crowd, Distances, answer_all, answer_until_reliable, make_crowd
 from dataset_tools.simulation.simulated_results import crowd_name, write_results
 from ncmodel.data.item import Item
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError
 from ncmodel.types import Floats
 
 SENTINEL_ARTISTS = 3
@@ -57,7 +57,7 @@ def make_batch(
         drawings = artists_drawings(artists, items) if artists else _simulated(data_dir, items, scheme)
         settings = {"sentinels_from": "artists" if artists else "simulated artists"}
         if artists is None:
-            notes.append("sentinels show simulated artists' drawings; for a study with people give --artists")
+            notes.append("sentinels show simulated artists' drawings; for a study with people give artists' own")
     built = build_batch(Planner(data_dir, scheme, drawings, needs, fill), batch_dir, look, settings)
     return replace(built, notes=(*built.notes, *notes))
 
@@ -97,7 +97,7 @@ def simulate_batch(
     """
     key = Key.load(batch_dir)
     if participants is not None and participants < 1:
-        raise UsageError(f"--participants is {participants}, expected 1 or more")
+        raise ArgumentError("participants", str(participants), "1 or more")
     data = data_dir or batch_dir / str(key.settings.get("data", ""))
     artists = crowd_artists()
     distances = Distances(data, ArtistDrawings(data, artists))

@@ -19,7 +19,7 @@ from dataset_tools.questionnaires.questionnaire import NONE, Key, Question, Ques
 from dataset_tools.simulation.artists import ArtistDrawings
 from dataset_tools.simulation.simulated_results import Reply, Sent
 from ncmodel.data.item import DRAWINGS, Item
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError
 from ncmodel.images import read_grey
 from ncmodel.types import Floats, Image, Mask
 
@@ -50,9 +50,11 @@ class Crowd:
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.random_clickers <= 1.0:
-            raise UsageError(f"--random-clickers is {self.random_clickers}, expected a share in 0..1")
-        if self.noise < 0 or self.far <= 0:
-            raise UsageError(f"--noise is {self.noise} and --far {self.far}, expected a number >= 0 and one > 0")
+            raise ArgumentError("random_clickers", str(self.random_clickers), "a share in 0..1")
+        if self.noise < 0:
+            raise ArgumentError("noise", str(self.noise), "a number >= 0")
+        if self.far <= 0:
+            raise ArgumentError("far", str(self.far), "a number > 0")
 
 
 class Distances:

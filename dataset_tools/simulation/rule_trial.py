@@ -28,7 +28,7 @@ from dataset_tools.votes.reliability import assess
 from dataset_tools.votes.results_csv import Answered
 from dataset_tools.votes.votes import Vote, votes_of
 from ncmodel.data.item import DRAWINGS, Item
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError
 from ncmodel.types import Floats
 
 HONEST = ("attentive", "second account", "sends twice")
@@ -142,10 +142,10 @@ def run_trial(known: Floats, crowd: Crowd, participants: int, adversaries: int, 
     Raises:
         UsageError: There are no participants.
     """
-    if participants < 10 or adversaries < 0:
-        raise UsageError(
-            f"{participants} participants and {adversaries} adversaries a kind, expected at least 10 and 0"
-        )
+    if participants < 10:
+        raise ArgumentError("participants", str(participants), "10 or more")
+    if adversaries < 0:
+        raise ArgumentError("adversaries", str(adversaries), "0 or more of each kind")
     rng = np.random.default_rng([seed, 11])
     world = World(known, participants + adversaries * len(KINDS), rng)
     people = make_crowd(participants, crowd, world.distances, world.artists, rng)

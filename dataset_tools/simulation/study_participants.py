@@ -13,7 +13,7 @@ import numpy as np
 
 from dataset_tools.simulation.simulated_results import Reply, Sent, crowd_name, write_results
 from dataset_tools.study.design import PairQuestion, Preference, StudyKey
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError
 
 GOOD = -1.0
 """A drawing whose appeal (normal, mean 0, deviation 1) is below isn't found good."""
@@ -38,9 +38,9 @@ class StudyCrowd:
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.random_clickers <= 1.0:
-            raise UsageError(f"--random-clickers is {self.random_clickers}, expected a share in 0..1")
+            raise ArgumentError("random_clickers", str(self.random_clickers), "a share in 0..1")
         if self.noise < 0:
-            raise UsageError(f"--noise is {self.noise}, expected a number >= 0")
+            raise ArgumentError("noise", str(self.noise), "a number >= 0")
 
 
 def simulate_study(
@@ -61,7 +61,7 @@ def simulate_study(
         InputError: The batch's key can't be read.
     """
     if participants is not None and participants < 1:
-        raise UsageError(f"--participants is {participants}, expected 1 or more")
+        raise ArgumentError("participants", str(participants), "1 or more")
     key = StudyKey.load(batch_dir)
     fields = sorted({question.field for questions in key.questionnaires.values() for question in questions})
     kinds = write_results(out, _answered(key, crowd, participants, seed), fields)

@@ -26,7 +26,7 @@ from dataset_tools.site.rate_limit import RateLimit
 from dataset_tools.site.security import address, form, headers, see
 from dataset_tools.site.served_batch import SiteBatch
 from dataset_tools.votes.results_csv import parse_seconds, sensible_seconds
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError
 
 SESSION = "nc_session"
 _PARAMETER = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.@-]{0,99}")
@@ -65,9 +65,7 @@ class Settings:
         parts = urlsplit(self.public_url)
         whole = parts.scheme in ("http", "https") and parts.netloc and not parts.path.strip("/") and not parts.query
         if self.public_url and not whole:
-            raise UsageError(
-                f"--public-url is {self.public_url!r}, expected https://HOST: the site wants all of a host"
-            )
+            raise ArgumentError("public_url", repr(self.public_url), "https://HOST: the site wants all of a host")
 
     @property
     def completion_link(self) -> str:

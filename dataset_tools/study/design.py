@@ -18,7 +18,7 @@ from dataset_tools.questionnaires.pages import pair_template
 from dataset_tools.questionnaires.questionnaire import KEY_NAME, NONE, Tokens, field_name, read_key
 from dataset_tools.study.stimuli import Comparison, StudyFolders
 from ncmodel.data.item import Item
-from ncmodel.errors import InputError, UsageError
+from ncmodel.errors import ArgumentError, InputError
 
 BOTH = "both"
 """The answer "both drawings convey the shape equally well"."""
@@ -52,7 +52,7 @@ class StudyScheme:
     def __post_init__(self) -> None:
         for name, least in (("pairs", 1), ("answers", 1), ("most_inconsistent", 0), ("seed", 0)):
             if getattr(self, name) < least:
-                raise UsageError(f"--{name.replace('_', '-')} is {getattr(self, name)}, expected {least} or more")
+                raise ArgumentError(name, str(getattr(self, name)), f"{least} or more")
 
 
 @dataclass(frozen=True)
@@ -208,8 +208,8 @@ def build_study(
         notes.append(f"{same} of {len(comparisons)} comparisons show the same picture twice: only chance decides them")
     if key.fewest_pairs <= scheme.most_inconsistent:
         notes.append(
-            f"{key.fewest_pairs} comparisons in a questionnaire: with --most-inconsistent {scheme.most_inconsistent} "
-            "nobody is unreliable, whatever they answer"
+            f"{key.fewest_pairs} comparisons in a questionnaire, and {scheme.most_inconsistent} inconsistent answers "
+            "are let pass: nobody is unreliable, whatever they answer"
         )
     return key, notes
 

@@ -13,7 +13,7 @@ from dataset_tools.votes.dawid_skene import one_coin
 from dataset_tools.votes.reliability import Participant, assess, counted
 from dataset_tools.votes.votes import Vote
 from ncmodel.data.item import Item
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError
 from ncmodel.files import write_text
 
 Method = Literal["majority", "one-coin"]
@@ -47,11 +47,11 @@ class Rules:
 
     def __post_init__(self) -> None:
         if self.least < 1:
-            raise UsageError(f"--least is {self.least}, expected 1 or more")
+            raise ArgumentError("least", str(self.least), "1 or more")
         if not 0.0 <= self.held_out < 1.0:
-            raise UsageError(f"--held-out is {self.held_out}, expected a share in 0..1, 1 excluded")
+            raise ArgumentError("held_out", str(self.held_out), "a share in 0..1, 1 excluded")
         if not 0.0 < self.posterior <= 1.0:
-            raise UsageError(f"--posterior is {self.posterior}, expected a probability in 0..1, 0 excluded")
+            raise ArgumentError("posterior", str(self.posterior), "a probability in 0..1, 0 excluded")
 
 
 @dataclass(frozen=True)
@@ -156,9 +156,8 @@ def aggregate(votes: Iterable[Vote], rules: Rules) -> Aggregated:
     shapes = {item.shape for item in items}
     unknown = sorted(set(rules.validation_shapes) - shapes)
     if unknown:
-        raise UsageError(
-            f"--validation-shapes: {unknown[0]} has no votes; expected some of {', '.join(sorted(shapes))}"
-        )
+        found = f"{unknown[0]}, which has no votes"
+        raise ArgumentError("validation_shapes", found, f"some of {', '.join(sorted(shapes))}")
     validation = rules.validation_shapes or _held_out(shapes, rules)
     return Aggregated(_verdicts(items, kept, rules), participants, frozenset(validation))
 

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 from scipy.optimize import minimize
 
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError, UsageError
 from ncmodel.types import Floats, Mask
 
 
@@ -71,7 +71,7 @@ BUDGETS = {
     "balanced": Budget((0.6, 0.3, 0.0), full_grid=True, climbs=3, iterations=12, rough_grid=True, mirrored=True),
     "accurate": Budget((0.6, 0.3, 0.0, 0.85, 0.45), full_grid=True, climbs=8, iterations=30, mirrored=True),
 }
-"""The search budget of each `--preset`. The shares are like those that the candidates' levels leave of real meshes'
+"""The search budget of each preset. The shares are like those that the candidates' levels leave of real meshes'
 lines: a ranking module judges drawings like those that it was trained on, and all lines of all families aren't."""
 
 
@@ -119,15 +119,15 @@ class Optimum:
     trials: tuple[Trial, ...] = field(default=())
 
 
-def budget_named(name: str) -> Budget:
+def budget_named(preset: str) -> Budget:
     """A search budget by its preset's name.
 
     Raises:
         UsageError: There is none of that name.
     """
-    if name not in BUDGETS:
-        raise UsageError(f"--preset: found {name!r}, expected one of {', '.join(BUDGETS)}")
-    return BUDGETS[name]
+    if preset not in BUDGETS:
+        raise ArgumentError("preset", repr(preset), f"one of {', '.join(BUDGETS)}")
+    return BUDGETS[preset]
 
 
 def optimise(drawing: ScoredDrawing, budget: Budget) -> Optimum:

@@ -141,7 +141,7 @@ def wait_for(condition: object, seconds: float) -> None:
 
 @pytest.mark.parametrize("workers", [-1, -7])
 def test_too_few_workers_are_refused(workers: int) -> None:
-    with pytest.raises(UsageError, match=f"--workers: found {workers}"), runner_for(workers):
+    with pytest.raises(UsageError, match=f"^workers: found {workers}, expected at least 1"), runner_for(workers):
         pass
 
 

@@ -161,7 +161,7 @@ def test_the_stated_share_clicks_at_random() -> None:
     people = make_crowd(200, Crowd(random_clickers=0.15), near(0), 1, np.random.default_rng(0))
     assert Counter(person.kind for person in people) == {"attentive": 170, "random clicker": 30}
     assert all(person.name.startswith("simulated") for person in people)
-    with pytest.raises(UsageError, match="--random-clickers"):
+    with pytest.raises(UsageError, match="^random_clickers: found"):
         Crowd(random_clickers=1.5)
 
 
