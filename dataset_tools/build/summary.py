@@ -42,7 +42,7 @@ def status_text(rows: Sequence[ViewStatus]) -> str:
     counts = ", ".join(f"{number} {status}" for status, number in _counts(rows).items())
     problems = [row for row in rows if row.status in ("failed", "damaged")]
     lines = [f"{len(rows)} views: {counts}"]
-    lines += [f"  {row.shape}_{row.view}: {row.status}: {row.reason}" for row in problems[:SHOWN]]
+    lines += [f"  {row.item.name}: {row.status}: {row.reason}" for row in problems[:SHOWN]]
     if len(problems) > SHOWN:
         lines.append(f"  and {len(problems) - SHOWN} more")
     return "\n".join(lines)

@@ -9,10 +9,8 @@ import numpy as np
 
 from dataset_tools.candidates.candidates import FILTERS
 from dataset_tools.build.config import BuildConfig
-from dataset_tools.build.store import Store
-from dataset_tools.build.tasks import load_view
 from ncmodel.config import read_config
-from ncmodel.errors import InputError
+from ncmodel.data.data_folder import DataFolder
 from ncmodel.drawing.thresholding import fade
 from ncmodel.scene.view import View
 from ncmodel.types import Floats, LineFamily
@@ -54,20 +52,18 @@ def study_levels(data_dir: str | Path) -> LevelStudy:
     """Measure the levels that a data folder was built with on its views.
 
     Raises:
-        InputError: It has no view.
+        InputError: It has no finished view.
     """
-    store = Store(data_dir)
-    folders = sorted(path for path in (store.root / "views").glob("*") if path.is_dir())
-    if not folders:
-        raise InputError(data_dir, "no view in it", "a folder with views that are done")
-    levels = read_config(BuildConfig, store.config_path).levels
+    data = DataFolder(data_dir)
+    items = data.items()
+    levels = read_config(BuildConfig, data.config_path).levels
     steps = [
         (family, level) for name, families in FILTERS.items() for family in families for level in getattr(levels, name)
     ]
-    shares = np.array([_shares(load_view(folder), steps) for folder in folders])
+    shares = np.array([_shares(data.open_view(item), steps) for item in items])
     kept = tuple(Kept(*step, _percentiles(shares[:, i])) for i, step in enumerate(steps))
-    distinct = [different_drawings(folder) for folder in folders]
-    return LevelStudy(len(folders), kept, _percentiles(distinct))
+    distinct = [different_drawings(data.view_folder(item)) for item in items]
+    return LevelStudy(len(items), kept, _percentiles(distinct))
 
 
 def different_drawings(folder: Path) -> int:

@@ -61,14 +61,15 @@ def build(
     as_json: AsJson = False,
 ) -> None:
     """Make questionnaires about all views of a data set: template.html, tasks.csv, images and key.json."""
-    from dataset_tools.build.items import items_to_ask_about, list_items
     from dataset_tools.questionnaires.batch_folder import Look
+    from dataset_tools.questionnaires.identical_drawings import items_to_ask_about
     from dataset_tools.questionnaires.questionnaire import Scheme
     from dataset_tools.simulation.crowd import make_batch
+    from ncmodel.data.data_folder import DataFolder
 
-    scheme = Scheme(real, sentinels, pool, votes, seed)
-    needs = dict.fromkeys(items_to_ask_about(data_dir), votes)
-    left_out = len(list_items(data_dir)) - len(needs)
+    scheme, data = Scheme(real, sentinels, pool, votes, seed), DataFolder(data_dir)
+    needs = dict.fromkeys(items_to_ask_about(data), votes)
+    left_out = len(data.items()) - len(needs)
     if left_out:
         sys.stderr.write(f"note: not asked about {left_out} views whose eight drawings are one and the same\n")
     look = Look(drawing_side, render_side, base_url, embed)

@@ -38,18 +38,19 @@ def build(
     from dataset_tools.build.mesh_files import find_sources, read_up_table
     from dataset_tools.build.runners import core_count, runner_for
     from dataset_tools.build.summary import summary_record, summary_text
+    from ncmodel.data.data_folder import DataFolder
 
     width, height = parse_size(size) if size else (None, None)
     chosen = {"views": views, "width": width, "height": height, "seed": seed, "up": up, "min_faces": min_faces}
     rules = read_up_table(up_table) if up_table else None
-    settings = _settings(config, data_dir / "config.toml", {**chosen, "up_rules": rules})
+    settings = _settings(config, DataFolder(data_dir).config_path, {**chosen, "up_rules": rules})
     sources = find_sources(mesh_dir)
     with runner_for(core_count() if workers is None else workers, scheduler) as runner:
         summary = build_dataset(sources, data_dir, settings, runner, progress, retry)
     emit(summary_record(summary), as_json, summary_text(summary))
     failed = summary.count("failed")
     if failed:
-        raise BatchError(f"{failed} views failed, reasons in {data_dir / 'index.csv'}")
+        raise BatchError(f"{failed} views failed, reasons in {DataFolder(data_dir).index_path}")
 
 
 @group.command()
@@ -104,11 +105,12 @@ def export(
 ) -> None:
     """Write a view as the folder that the published code reads."""
     from dataset_tools.build.neuralcontours_format import exchanged
-    from dataset_tools.build.tasks import load_view
+    from ncmodel.data.data_folder import DataFolder
     from ncmodel.files import write_bytes
 
     _check_format(format_)
-    files = exchanged(load_view(view, parse_size(size))).files()
+    data, item = DataFolder.of_view(view)
+    files = exchanged(data.open_view(item, parse_size(size))).files()
     output.mkdir(parents=True, exist_ok=True)
     for name, data in files.items():
         write_bytes(output / name, data)
