@@ -1,5 +1,6 @@
 """Fixtures that several test modules use."""
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -28,3 +29,14 @@ def bundled() -> Path:
     folder = Path(pymeshlab.__file__).parent / "tests" / "sample_meshes"
     assert folder.is_dir(), f"pymeshlab bundles its sample meshes at {folder}"
     return folder
+
+
+@pytest.fixture(scope="module")
+def one_thread() -> Iterator[None]:
+    """Tests run side by side; threads of networks that wait for each other would make all of them slow."""
+    import torch
+
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(before)

@@ -14,7 +14,7 @@ from dataset_tools.questionnaires.counterbalancing import Places, Positions, dea
 from dataset_tools.questionnaires.identical_drawings import ALL_DIFFERENT, different, item_twins
 from dataset_tools.questionnaires.pages import batch_template
 from dataset_tools.questionnaires.questionnaire import Key, Question, Questionnaire, Scheme, Tokens, field_name
-from dataset_tools.questionnaires.sentinels import Drawing, SentinelPool
+from dataset_tools.questionnaires.sentinels import Drawing, SentinelDrawings, SentinelPool
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
 from ncmodel.errors import InputError, UsageError
@@ -32,7 +32,7 @@ class Planned:
 
 
 @dataclass(frozen=True)
-class Built:
+class BatchReport:
     """What a batch holds, and what its maker should know."""
 
     questionnaires: int
@@ -52,7 +52,7 @@ class Planner:
         scheme: Numbers of questions and votes.
         artists: Artists' drawings for sentinels (none where the scheme has no sentinels).
         needs: Item -> votes wanted.
-        fill: Whether every questionnaire has exactly `scheme.real` questions, as `spread.deal` explains.
+        fill: Whether every questionnaire has exactly `scheme.real` questions, as `counterbalancing.deal` explains.
 
     Raises:
         UsageError: Nothing is needed.
@@ -129,7 +129,44 @@ def _shown(planned: Planned, renders: tuple[Path, ...]) -> Shown:
     return Shown(planned.question.field, tuple(planned.question.options), planned.drawings, renders)
 
 
-def build_batch(planner: Planner, batch_dir: Path, look: Look, settings: Mapping[str, object]) -> Built:
+def make_batch(
+    data_dir: Path,
+    batch_dir: Path,
+    needs: Mapping[Item, int],
+    scheme: Scheme,
+    look: Look,
+    artists: SentinelDrawings,
+    fill: bool = True,
+) -> BatchReport:
+    """Write a batch of questionnaires about the items of a data folder.
+
+    Args:
+        data_dir: The data folder.
+        batch_dir: Where to write; doesn't exist yet or is empty.
+        needs: Item -> votes wanted.
+        scheme: Numbers of questions. Where all items are of one shape there are no sentinels.
+        look: How pictures are delivered.
+        artists: Where the sentinels' drawings come from.
+        fill: Whether every questionnaire has exactly `scheme.real` items.
+
+    Raises:
+        UsageError: The batch folder holds something already, or no item needs votes.
+        InputError: A file of the data folder or an artists' drawing can't be read.
+    """
+    data, notes = DataFolder(data_dir), []
+    items = data.items()
+    if scheme.sentinels and len({item.shape for item in items}) == 1:
+        scheme = replace(scheme, sentinels=0)
+        notes.append("no sentinels: they show drawings of other shapes, and there is one shape; nobody is unreliable")
+    drawings = artists.drawings(items, scheme) if scheme.sentinels else ()
+    settings = {"sentinels_from": artists.name} if scheme.sentinels else {}
+    if scheme.sentinels and artists.note:
+        notes.append(artists.note)
+    report = build_batch(Planner(data, scheme, drawings, needs, fill), batch_dir, look, settings)
+    return replace(report, notes=(*report.notes, *notes))
+
+
+def build_batch(planner: Planner, batch_dir: Path, look: Look, settings: Mapping[str, object]) -> BatchReport:
     """Write a batch folder; it appears whole or not at all.
 
     Args:
@@ -150,11 +187,11 @@ def build_batch(planner: Planner, batch_dir: Path, look: Look, settings: Mapping
     }
     writer = BatchWriter(planner.tokens, look, batch_template)
     notes = writer.write(batch_dir, planner.sheets(), Key(questionnaires, record).record())
-    built = _report(planner, list(questionnaires.values()))
-    return replace(built, notes=(*built.notes, *notes))
+    report = _report(planner, list(questionnaires.values()))
+    return replace(report, notes=(*report.notes, *notes))
 
 
-def _report(planner: Planner, questionnaires: Sequence[Questionnaire]) -> Built:
+def _report(planner: Planner, questionnaires: Sequence[Questionnaire]) -> BatchReport:
     scheme, real = planner.scheme, sum(not question.sentinel for question in questionnaires[0].questions)
     asked = sum(1 for questionnaire in questionnaires for _ in questionnaire.items)
     shapes = [[q.item.shape for q in questionnaire.questions if q.item] for questionnaire in questionnaires]
@@ -167,7 +204,7 @@ def _report(planner: Planner, questionnaires: Sequence[Questionnaire]) -> Built:
         notes.append(
             f"a pool of {len(planner.pool)} sentinels instead of {scheme.pool}: no more views have an artist's drawing"
         )
-    return Built(
+    return BatchReport(
         questionnaires=len(questionnaires),
         real=real,
         sentinels=planner.sentinels,

@@ -4,14 +4,16 @@ A sentinel shows renders of a shape, one artist's drawing of it and seven drawin
 """
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
 from dataset_tools.questionnaires.counterbalancing import varied
 from dataset_tools.questionnaires.identical_drawings import different_pictures
+from dataset_tools.questionnaires.questionnaire import Scheme
 from ncmodel.data.item import DRAWINGS, Item
 from ncmodel.errors import InputError
 
@@ -32,21 +34,45 @@ class Sentinel:
     drawings: tuple[Drawing, ...]
 
 
-def artists_drawings(folder: Path, items: Iterable[Item]) -> list[Drawing]:
-    """The artists' drawings in a folder: SHAPE_VIEW.png, or any number of pictures in SHAPE_VIEW/.
+class SentinelDrawings(Protocol):
+    """Where the artists' drawings that sentinels show come from."""
 
-    Raises:
-        InputError: None of them is of one of the items.
-    """
-    found = []
-    for item in sorted(items):
-        single = folder / f"{item.name}.png"
-        several = sorted((folder / item.name).glob("*.png"))
-        paths = ([single] if single.is_file() else []) + several
-        found += [Drawing(item, path) for path in different_pictures(paths)]
-    if not found:
-        raise InputError(folder, "no drawing of any view", "pictures named SHAPE_VIEW.png or SHAPE_VIEW/*.png")
-    return found
+    @property
+    def name(self) -> str:
+        """Who drew, as the batch's key records it."""
+
+    @property
+    def note(self) -> str:
+        """What the requester should know of them; "" for nothing."""
+
+    def drawings(self, items: Sequence[Item], scheme: Scheme) -> Sequence[Drawing]:
+        """Drawings of some of the items, enough for the scheme's pool where there are as many."""
+
+
+@dataclass(frozen=True)
+class ArtistsFolder:
+    """Artists' drawings in a folder: SHAPE_VIEW.png, or any number of pictures in SHAPE_VIEW/."""
+
+    folder: Path
+    name: str = "artists"
+    note: str = ""
+
+    def drawings(self, items: Sequence[Item], scheme: Scheme) -> list[Drawing]:
+        """All drawings of the items, without those that repeat another.
+
+        Raises:
+            InputError: There is none.
+        """
+        found = []
+        for item in sorted(items):
+            single = self.folder / f"{item.name}.png"
+            several = sorted((self.folder / item.name).glob("*.png"))
+            paths = ([single] if single.is_file() else []) + several
+            found += [Drawing(item, path) for path in different_pictures(paths)]
+        if not found:
+            expected = "pictures named SHAPE_VIEW.png or SHAPE_VIEW/*.png"
+            raise InputError(self.folder, "no drawing of any view", expected)
+        return found
 
 
 class SentinelPool:

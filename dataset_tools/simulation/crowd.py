@@ -35,7 +35,7 @@ class SimulatedArtists:
         self._drawings = ArtistDrawings(DataFolder(data_dir), crowd_artists())
 
     def drawings(self, items: Sequence[Item], scheme: Scheme) -> list[Drawing]:
-        """See `ArtistsDrawings.drawings`."""
+        """See `SentinelDrawings.drawings`."""
         chosen = varied(items, np.random.default_rng([scheme.seed, 3]))[: scheme.pool]
         by_item = {item: different_pictures(self._drawings.paths(item)[:SENTINEL_ARTISTS]) for item in chosen}
         return [Drawing(item, path) for item, paths in by_item.items() for path in paths]

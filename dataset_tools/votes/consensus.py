@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 from dataset_tools.questionnaires.identical_drawings import ALL_DIFFERENT, Twins, different
 from dataset_tools.votes.dawid_skene import one_coin
@@ -46,6 +46,8 @@ class Rules:
     seed: int = 0
 
     def __post_init__(self) -> None:
+        if self.method not in get_args(Method):
+            raise ArgumentError("method", repr(self.method), " or ".join(get_args(Method)))
         if self.least < 1:
             raise ArgumentError("least", str(self.least), "1 or more")
         if not 0.0 <= self.held_out < 1.0:

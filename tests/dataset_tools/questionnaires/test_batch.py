@@ -9,15 +9,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from dataset_tools.build.items import list_items
 from PIL import Image as Picture
 
-from dataset_tools.build.items import list_items
+from dataset_tools.questionnaires.batch import make_batch
 from dataset_tools.questionnaires.batch_folder import MAX_TEMPLATE, Look
 from dataset_tools.questionnaires.pages import asset, batch_template, render
 from dataset_tools.questionnaires.questionnaire import NONE, Key, Scheme
-from dataset_tools.questionnaires.sentinels import Drawing, SentinelPool
+from dataset_tools.questionnaires.sentinels import ArtistsFolder, Drawing, SentinelPool
 from dataset_tools.questionnaires.stimuli import padded
-from dataset_tools.simulation.crowd import make_batch
+from dataset_tools.simulation.crowd import SimulatedArtists
 from ncmodel.data.item import Item
 from ncmodel.errors import InputError, UsageError
 from ncmodel.images import from_ink, png_bytes
@@ -39,7 +40,7 @@ def artists(data: Path) -> Path:
 @pytest.fixture(scope="module")
 def batch(data: Path, artists: Path) -> Path:
     folder = data.parent / "batch"
-    make_batch(data, folder, dict.fromkeys(list_items(data), 3), SCHEME, Look(64, 48), artists)
+    make_batch(data, folder, dict.fromkeys(list_items(data), 3), SCHEME, Look(64, 48), ArtistsFolder(artists))
     return folder
 
 
@@ -91,9 +92,13 @@ def test_the_paper_scheme_stays_below_turkles_limit_with_a_margin() -> None:
 
 def test_a_template_above_turkles_limit_is_noted(data: Path, artists: Path, tmp_path: Path) -> None:
     needs, look = dict.fromkeys(list_items(data), 3), Look(16, 16)
-    built = make_batch(data, tmp_path / "b", needs, Scheme(real=24, sentinels=12, pool=15), look, artists)
+    built = make_batch(
+        data, tmp_path / "b", needs, Scheme(real=24, sentinels=12, pool=15), look, ArtistsFolder(artists)
+    )
     assert f"Turkle takes {MAX_TEMPLATE}" not in "".join(built.notes)
-    built = make_batch(data, tmp_path / "c", needs, Scheme(real=24, sentinels=15, pool=15), look, artists)
+    built = make_batch(
+        data, tmp_path / "c", needs, Scheme(real=24, sentinels=15, pool=15), look, ArtistsFolder(artists)
+    )
     assert f"Turkle takes {MAX_TEMPLATE}" in "".join(built.notes)
 
 
@@ -114,13 +119,15 @@ def test_the_key_is_private(batch: Path) -> None:
 
 def test_who_serves_pictures_elsewhere_is_told_to_keep_the_key(data: Path, artists: Path, tmp_path: Path) -> None:
     look = Look(16, 16, base_url="https://study.example/pictures")
-    built = make_batch(data, tmp_path / "b", dict.fromkeys(list_items(data), 1), SCHEME, look, artists)
+    built = make_batch(data, tmp_path / "b", dict.fromkeys(list_items(data), 1), SCHEME, look, ArtistsFolder(artists))
     assert "and nothing else: key.json tells all answers" in "".join(built.notes)
 
 
 def test_one_shape_has_no_sentinels_and_the_command_says_so(tmp_path: Path) -> None:
     data = make_data(tmp_path / "data", shapes=1, views=2)
-    built = make_batch(data, tmp_path / "b", dict.fromkeys(list_items(data), 3), Scheme(), Look(16, 16))
+    built = make_batch(
+        data, tmp_path / "b", dict.fromkeys(list_items(data), 3), Scheme(), Look(16, 16), SimulatedArtists(data)
+    )
     assert (built.real, built.sentinels) == (2, 0)
     assert sum("no sentinels" in note for note in built.notes) == 1
     assert Key.load(tmp_path / "b").settings["scheme"]["sentinels"] == 0
@@ -166,7 +173,7 @@ def test_no_picture_occurs_twice_in_a_questionnaire(batch: Path) -> None:
 
 
 def test_sentinels_stand_anywhere_and_so_do_their_answers(data: Path, artists: Path, tmp_path: Path) -> None:
-    make_batch(data, tmp_path / "b", dict.fromkeys(list_items(data), 30), SCHEME, Look(16, 16), artists)
+    make_batch(data, tmp_path / "b", dict.fromkeys(list_items(data), 30), SCHEME, Look(16, 16), ArtistsFolder(artists))
     key = Key.load(tmp_path / "b")
     sentinels = [q for one in key.questionnaires.values() for q in one.questions if q.sentinel]
     places = Counter(question.number for question in sentinels)
@@ -204,8 +211,15 @@ def test_sentinels_need_two_shapes() -> None:
 
 def test_same_seed_same_bytes_other_seed_other_names(data: Path, artists: Path, tmp_path: Path, batch: Path) -> None:
     needs = dict.fromkeys(list_items(data), 3)
-    make_batch(data, tmp_path / "same", needs, SCHEME, Look(64, 48), artists)
-    make_batch(data, tmp_path / "other", needs, Scheme(real=10, sentinels=3, pool=6, seed=1), Look(64, 48), artists)
+    make_batch(data, tmp_path / "same", needs, SCHEME, Look(64, 48), ArtistsFolder(artists))
+    make_batch(
+        data,
+        tmp_path / "other",
+        needs,
+        Scheme(real=10, sentinels=3, pool=6, seed=1),
+        Look(64, 48),
+        ArtistsFolder(artists),
+    )
     for name in ("tasks.csv", "template.html"):
         assert (tmp_path / "same" / name).read_bytes() == (batch / name).read_bytes()
     assert Key.load(tmp_path / "same").questionnaires == Key.load(batch).questionnaires
@@ -227,14 +241,23 @@ def test_pictures_keep_what_they_show(batch: Path, data: Path) -> None:
 
 
 def test_embedded_pictures(data: Path, artists: Path, tmp_path: Path) -> None:
-    make_batch(data, tmp_path / "b", dict.fromkeys(list_items(data)[:4], 1), SCHEME, Look(16, 16, embed=True), artists)
+    make_batch(
+        data,
+        tmp_path / "b",
+        dict.fromkeys(list_items(data)[:4], 1),
+        SCHEME,
+        Look(16, 16, embed=True),
+        ArtistsFolder(artists),
+    )
     assert rows(tmp_path / "b")[0]["q01_d1"].startswith("data:image/png;base64,")
 
 
 def test_small_data_sets_are_asked_about_as_far_as_they_go(tmp_path: Path) -> None:
     data = make_data(tmp_path / "data", shapes=2, views=2)
     artists = make_artists(tmp_path / "artists", data)
-    built = make_batch(data, tmp_path / "b", dict.fromkeys(list_items(data), 3), Scheme(), Look(16, 16), artists)
+    built = make_batch(
+        data, tmp_path / "b", dict.fromkeys(list_items(data), 3), Scheme(), Look(16, 16), ArtistsFolder(artists)
+    )
     assert (built.questionnaires, built.real, built.sentinels) == (3, 4, 4)
     assert len(built.notes) == 2
 
@@ -254,7 +277,7 @@ def test_padding_keeps_the_picture() -> None:
 
 def test_a_folder_that_holds_something_is_left_alone(batch: Path, data: Path, artists: Path) -> None:
     with pytest.raises(UsageError, match="holds files already"):
-        make_batch(data, batch, dict.fromkeys(list_items(data), 3), SCHEME, Look(), artists)
+        make_batch(data, batch, dict.fromkeys(list_items(data), 3), SCHEME, Look(), ArtistsFolder(artists))
 
 
 def test_nothing_is_left_behind_when_a_picture_is_broken(tmp_path: Path) -> None:
@@ -262,7 +285,9 @@ def test_nothing_is_left_behind_when_a_picture_is_broken(tmp_path: Path) -> None
     artists = make_artists(tmp_path / "artists", data)
     (data / "views/shape_1_0/drawings/3.png").write_bytes(b"no picture")
     with pytest.raises(InputError, match=r"3\.png"):
-        make_batch(data, tmp_path / "b", dict.fromkeys(list_items(data), 3), SCHEME, Look(16, 16), artists)
+        make_batch(
+            data, tmp_path / "b", dict.fromkeys(list_items(data), 3), SCHEME, Look(16, 16), ArtistsFolder(artists)
+        )
     assert sorted(path.name for path in tmp_path.iterdir()) == ["artists", "data"]
 
 

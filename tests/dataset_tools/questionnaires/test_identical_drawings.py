@@ -7,8 +7,9 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-
 from dataset_tools.build.items import item_twins, items_to_ask_about, list_items
+
+from dataset_tools.questionnaires.batch import make_batch
 from dataset_tools.questionnaires.batch_folder import Look
 from dataset_tools.questionnaires.identical_drawings import (
     ALL_DIFFERENT,
@@ -20,7 +21,8 @@ from dataset_tools.questionnaires.identical_drawings import (
     to_text,
 )
 from dataset_tools.questionnaires.questionnaire import Key, Scheme
-from dataset_tools.simulation.crowd import make_batch, simulate_batch
+from dataset_tools.questionnaires.sentinels import ArtistsFolder
+from dataset_tools.simulation.crowd import simulate_batch
 from dataset_tools.simulation.participants import Crowd
 from dataset_tools.votes.agreement import agreeing_share, krippendorff_alpha
 from dataset_tools.votes.consensus import Rules, aggregate
@@ -143,7 +145,7 @@ def test_stand_ins_of_a_sentinel_are_different_pictures(data: Path, tmp_path: Pa
     for item in items:
         shutil.copy(artists / item.name / "0.png", artists / item.name / "1.png")
     scheme = Scheme(real=1, sentinels=1, pool=2)
-    make_batch(data, tmp_path / "b", dict.fromkeys(items, 9), scheme, Look(64, 64), artists)
+    make_batch(data, tmp_path / "b", dict.fromkeys(items, 9), scheme, Look(64, 64), ArtistsFolder(artists))
     key = Key.load(tmp_path / "b")
     with (tmp_path / "b/tasks.csv").open(newline="") as file:
         for row in csv.DictReader(file):

@@ -7,13 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from dataset_tools.build.items import list_items
+
+from dataset_tools.questionnaires.batch import make_batch
 from dataset_tools.questionnaires.batch_folder import Look
 from dataset_tools.questionnaires.questionnaire import NONE, Question, Scheme
 from dataset_tools.simulation.adversaries import KINDS
 from dataset_tools.simulation.artists import Artist, ArtistDrawings, artist_drawing, crowd_artists, open_view
-from dataset_tools.simulation.crowd import make_batch, sample_distances, simulate_batch
+from dataset_tools.simulation.crowd import SimulatedArtists, sample_distances, simulate_batch
 from dataset_tools.simulation.participants import Crowd, attentive, distances_between, make_crowd
 from dataset_tools.simulation.rule_trial import run_trial
 from dataset_tools.simulation.rule_trial_report import as_text, write_trial
@@ -48,7 +49,7 @@ def answered(data: Path) -> Path:
     folder = data.parent / "run"
     folder.mkdir()
     scheme = Scheme(real=6, sentinels=2, pool=4)
-    make_batch(data, folder / "batch", dict.fromkeys(list_items(data), 3), scheme, Look(32, 32))
+    make_batch(data, folder / "batch", dict.fromkeys(list_items(data), 3), scheme, Look(32, 32), SimulatedArtists(data))
     simulate_batch(folder / "batch", folder / "results.csv", LENIENT, participants=12, seed=1)
     ingest_results(folder / "batch", [folder / "results.csv"], folder / "votes.csv")
     return folder
@@ -161,7 +162,7 @@ def test_the_stated_share_clicks_at_random() -> None:
     people = make_crowd(200, Crowd(random_clickers=0.15), near(0), 1, np.random.default_rng(0))
     assert Counter(person.kind for person in people) == {"attentive": 170, "random clicker": 30}
     assert all(person.name.startswith("simulated") for person in people)
-    with pytest.raises(UsageError, match="^random_clickers: found"):
+    with pytest.raises(UsageError, match=r"^random_clickers: found"):
         Crowd(random_clickers=1.5)
 
 
@@ -186,7 +187,8 @@ def test_random_clickers_are_excluded_and_their_items_topped_up(answered: Path, 
     needs = top_up_needs(data, answered / "votes.csv", 20)
     have = Counter(vote.item for vote in votes if not vote.sentinel and people[vote.worker].reliable)
     assert needs == {item: 20 - have[item] for item in list_items(data)}
-    built = make_batch(data, tmp_path / "more", needs, Scheme(real=6, sentinels=2, pool=4), Look(16, 16), fill=False)
+    scheme, artists = Scheme(real=6, sentinels=2, pool=4), SimulatedArtists(data)
+    built = make_batch(data, tmp_path / "more", needs, scheme, Look(16, 16), artists, fill=False)
     assert built.spare_votes < built.questionnaires
 
 

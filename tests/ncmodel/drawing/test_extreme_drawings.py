@@ -22,8 +22,8 @@ from ncmodel.mesh.load import make_mesh
 from ncmodel.types import Floats, Ints, LineFamily, Thresholds
 from tests.helpers import analytic
 from tests.helpers.extreme_meshes import MESHES, Builder, slivers
-from tests.ncmodel.cli.test_draw import write_obj
-from tests.ncmodel.scene.test_extremes import eyes
+from tests.helpers.mesh_files import write_obj
+from tests.helpers.views import eyes
 
 ALL = ",".join(LineFamily)
 TORUS = analytic.torus(18, 10)

@@ -15,7 +15,7 @@ from ncmodel.scene.view import View
 from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mesh, Segments
 from tests.helpers import analytic
 from tests.helpers.dirty import box, joined
-from tests.ncmodel.geometry.test_raycast import traced
+from tests.helpers.oracles import traced
 
 Geometry = tuple[Floats, Ints]
 

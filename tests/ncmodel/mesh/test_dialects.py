@@ -8,8 +8,8 @@ import pytest
 
 from ncmodel.errors import MeshError
 from ncmodel.mesh.load import load_mesh, make_mesh, read_geometry
-from tests.ncmodel.mesh.test_gltf import INDICES, POSITIONS, as_glb, scene
-from tests.ncmodel.mesh.test_load import as_big_endian_ply, as_binary_ply, as_obj, as_off, as_ply, tetrahedron
+from tests.helpers.gltf_files import INDICES, POSITIONS, as_glb, scene
+from tests.helpers.mesh_files import as_big_endian_ply, as_binary_ply, as_obj, as_off, as_ply, tetrahedron
 
 BOM = b"\xef\xbb\xbf"
 VERTICES, FACES = tetrahedron()

@@ -1,7 +1,6 @@
 """The model as `draw` uses it: what each variant computes, what it chooses, and what it can't do."""
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +23,8 @@ from ncmodel.scene.view import View
 from ncmodel.types import FILTERED_FAMILIES, Floats, Ints, LineFamily, Mesh
 from tests.helpers.analytic import monkey_saddle, torus
 
+pytestmark = pytest.mark.usefixtures("one_thread")
+
 GEOMETRY_STAGES = {"curvature", "dcurv", "outlines", "view_curvature", "line_maps", "threshold_search"}
 
 ANY_RATES = Rates(1e-3, batch=16, epochs=1)
@@ -35,14 +36,6 @@ PRESET = Preset(
     ANY_RATES,
     ANY_RATES,
 )
-
-
-@pytest.fixture(autouse=True, scope="module")
-def one_thread() -> Iterator[None]:
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(before)
 
 
 def networks(seed: int = 0) -> Checkpoint:

@@ -11,7 +11,7 @@ from ncmodel.scene.orientation import outward
 from ncmodel.scene.surface import Surface
 from ncmodel.types import Floats, Ints, LineFamily, Mesh
 from tests.helpers import analytic, extreme_meshes
-from tests.ncmodel.cli.test_draw import write_obj
+from tests.helpers.mesh_files import write_obj
 
 Geometry = tuple[Floats, Ints]
 
