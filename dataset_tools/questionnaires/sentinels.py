@@ -11,8 +11,8 @@ from typing import Protocol
 
 import numpy as np
 
-from dataset_tools.questionnaires.counterbalancing import varied
-from dataset_tools.questionnaires.identical_drawings import different_pictures
+from dataset_tools.questionnaires.counterbalancing import alternate_shapes
+from dataset_tools.questionnaires.identical_drawings import distinct_pictures
 from dataset_tools.questionnaires.questionnaire import Scheme
 from ncmodel.data.item import DRAWINGS, Item
 from ncmodel.errors import InputError
@@ -68,7 +68,7 @@ class ArtistsFolder:
             single = self.folder / f"{item.name}.png"
             several = sorted((self.folder / item.name).glob("*.png"))
             paths = ([single] if single.is_file() else []) + several
-            found += [Drawing(item, path) for path in different_pictures(paths)]
+            found += [Drawing(item, path) for path in distinct_pictures(paths)]
         if not found:
             expected = "pictures named SHAPE_VIEW.png or SHAPE_VIEW/*.png"
             raise InputError(self.folder, "no drawing of any view", expected)
@@ -112,16 +112,16 @@ class SentinelPool:
         """The views that sentinels are about."""
         return [answer.item for answer in self._answers]
 
-    def draw(self, count: int, hand: Sequence[Item]) -> list[Sentinel]:
-        """Draw sentinels for a questionnaire about the items of `hand`, of other shapes where there are any."""
-        items, shapes = set(hand), {item.shape for item in hand}
+    def draw(self, count: int, block: Sequence[Item]) -> list[Sentinel]:
+        """Draw sentinels for a questionnaire about the items of `block`, of other shapes where there are any."""
+        items, shapes = set(block), {item.shape for item in block}
         order = self._rng.permutation(len(self._answers))
         ranked = sorted(order, key=lambda i: (self._answers[i].item in items, self._answers[i].item.shape in shapes))
         answers = [self._answers[i] for i in ranked[:count]]
         used = Counter(answers)
         return [Sentinel(answer.item, (answer, *self._others(answer, items, used))) for answer in answers]
 
-    def _others(self, answer: Drawing, hand: set[Item], used: Counter[Drawing]) -> list[Drawing]:
+    def _others(self, answer: Drawing, block: set[Item], used: Counter[Drawing]) -> list[Drawing]:
         """Seven drawings of other shapes, each of another shape where there are as many."""
         shown: Counter[str] = Counter()
         chosen: list[Drawing] = []
@@ -132,7 +132,7 @@ class SentinelPool:
             best = min(
                 order,
                 key=lambda i: (
-                    used[pool[i][0]] + (pool[i][1] == 1 and pool[i][0].item in hand),
+                    used[pool[i][0]] + (pool[i][1] == 1 and pool[i][0].item in block),
                     shown[pool[i][0].item.shape],
                     pool[i][1],
                 ),
@@ -149,4 +149,4 @@ def _one_an_item(artists: Sequence[Drawing], size: int, rng: np.random.Generator
     by_item: dict[Item, list[Drawing]] = {}
     for drawing in sorted(artists):
         by_item.setdefault(drawing.item, []).append(drawing)
-    return [by_item[item][int(rng.integers(len(by_item[item])))] for item in varied(by_item, rng)[:size]]
+    return [by_item[item][int(rng.integers(len(by_item[item])))] for item in alternate_shapes(by_item, rng)[:size]]

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from dataset_tools.questionnaires.counterbalancing import varied
-from dataset_tools.questionnaires.identical_drawings import different_pictures
+from dataset_tools.questionnaires.counterbalancing import alternate_shapes
+from dataset_tools.questionnaires.identical_drawings import distinct_pictures
 from dataset_tools.questionnaires.questionnaire import Key, Scheme
 from dataset_tools.questionnaires.sentinels import Drawing
 from dataset_tools.simulation.artists import ArtistDrawings, crowd_artists
@@ -36,8 +36,8 @@ class SimulatedArtists:
 
     def drawings(self, items: Sequence[Item], scheme: Scheme) -> list[Drawing]:
         """See `SentinelDrawings.drawings`."""
-        chosen = varied(items, np.random.default_rng([scheme.seed, 3]))[: scheme.pool]
-        by_item = {item: different_pictures(self._drawings.paths(item)[:SENTINEL_ARTISTS]) for item in chosen}
+        chosen = alternate_shapes(items, np.random.default_rng([scheme.seed, 3]))[: scheme.pool]
+        by_item = {item: distinct_pictures(self._drawings.paths(item)[:SENTINEL_ARTISTS]) for item in chosen}
         return [Drawing(item, path) for item, paths in by_item.items() for path in paths]
 
 
@@ -81,7 +81,7 @@ def simulate_batch(
     people = make_crowd(count, crowd, distances, len(artists), rng, name)
     answered = answer_all(key, people, seed) if participants else answer_until_reliable(key, people, seed)
     fields = sorted({q.field for questionnaire in key.questionnaires.values() for q in questionnaire.questions})
-    kinds = write_results(out, (one.sent for one in answered), fields)
+    kinds = write_results(out, (one.submission for one in answered), fields)
     return {"simulated_participants": kinds.total(), **kinds, "questionnaires": len(key.questionnaires)}
 
 
@@ -92,7 +92,7 @@ def sample_distances(data_dir: Path, count: int, seed: int, advance: Callable[[]
         InputError: A file of the data folder can't be read.
     """
     data = DataFolder(data_dir)
-    chosen = varied(data.items(), np.random.default_rng([seed, 2]))[:count]
+    chosen = alternate_shapes(data.items(), np.random.default_rng([seed, 2]))[:count]
     distances = Distances(data, ArtistDrawings(data, crowd_artists()))
     found = []
     for item in chosen:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dataset_tools.simulation.simulated_results import Reply, Sent, crowd_name, write_results
+from dataset_tools.simulation.simulated_results import Response, Submission, crowd_name, write_results
 from dataset_tools.study.design import PairQuestion, Preference, StudyKey
 from ncmodel.errors import ArgumentError
 
@@ -68,7 +68,7 @@ def simulate_study(
     return {"simulated_participants": kinds.total(), **kinds, "questionnaires": len(key.questionnaires)}
 
 
-def _answered(key: StudyKey, crowd: StudyCrowd, participants: int | None, seed: int) -> Iterator[Sent]:
+def _answered(key: StudyKey, crowd: StudyCrowd, participants: int | None, seed: int) -> Iterator[Submission]:
     """The questionnaires as they come back; one that isn't answered reliably is posted again."""
     appeal = _Appeal(seed)
     waiting, name = deque(key.questionnaires), crowd_name(seed, key.questionnaires)
@@ -79,10 +79,10 @@ def _answered(key: StudyKey, crowd: StudyCrowd, participants: int | None, seed: 
         identifier, rng = waiting.popleft(), np.random.default_rng([seed, 1, number])
         questions = key.questionnaires[identifier]
         clicks = bool(rng.random() < crowd.random_clickers)
-        replies = {one.field: _click(one, rng) if clicks else _look(one, appeal, crowd, rng) for one in questions}
-        if participants or _inconsistent(questions, replies) > key.scheme.most_inconsistent:
+        responses = {one.field: _click(one, rng) if clicks else _look(one, appeal, crowd, rng) for one in questions}
+        if participants or _inconsistent(questions, responses) > key.scheme.most_inconsistent:
             waiting.append(identifier)
-        yield Sent(f"{name}-{number + 1:04d}", "random clicker" if clicks else "attentive", identifier, replies)
+        yield Submission(f"{name}-{number + 1:04d}", "random clicker" if clicks else "attentive", identifier, responses)
 
 
 class _Appeal:
@@ -95,7 +95,7 @@ class _Appeal:
         return float(np.random.default_rng([self._seed, 2, *f"{method}/{case}".encode()]).normal())
 
 
-def _look(question: PairQuestion, appeal: _Appeal, crowd: StudyCrowd, rng: np.random.Generator) -> Reply:
+def _look(question: PairQuestion, appeal: _Appeal, crowd: StudyCrowd, rng: np.random.Generator) -> Response:
     case, rival = question.comparison.case, question.comparison.rival
     # A rival's name always has characters, so "" is nobody's.
     ours, theirs = (appeal(case, method) + crowd.noise * rng.normal() for method in ("", rival))
@@ -106,18 +106,18 @@ def _look(question: PairQuestion, appeal: _Appeal, crowd: StudyCrowd, rng: np.ra
     else:
         meaning = Preference.OURS if ours > theirs else Preference.RIVAL
     value = next(value for value, one in question.answers.items() if one is meaning)
-    return Reply(value, crowd.seconds * float(np.exp(rng.normal(0, 0.5))))
+    return Response(value, crowd.seconds * float(np.exp(rng.normal(0, 0.5))))
 
 
-def _click(question: PairQuestion, rng: np.random.Generator) -> Reply:
+def _click(question: PairQuestion, rng: np.random.Generator) -> Response:
     values = list(question.answers)
-    return Reply(values[rng.integers(len(values))], float(rng.uniform(0.5, 3.0)))
+    return Response(values[rng.integers(len(values))], float(rng.uniform(0.5, 3.0)))
 
 
-def _inconsistent(questions: Sequence[PairQuestion], replies: Mapping[str, Reply]) -> int:
+def _inconsistent(questions: Sequence[PairQuestion], responses: Mapping[str, Response]) -> int:
     """Comparisons that were answered differently the second time."""
     first, second = (
-        {one.comparison: one.answers[replies[one.field].value] for one in questions if one.flipped is flipped}
+        {one.comparison: one.answers[responses[one.field].value] for one in questions if one.flipped is flipped}
         for flipped in (False, True)
     )
     return sum(second[comparison] is not meaning for comparison, meaning in first.items())

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from dataset_tools.questionnaires.batch_folder import BatchWriter, Look, Sheet, Shown
-from dataset_tools.questionnaires.counterbalancing import deal
+from dataset_tools.questionnaires.batch_folder import BatchWriter, Look, QuestionnaireStimuli, QuestionStimuli
+from dataset_tools.questionnaires.counterbalancing import assign_items
 from dataset_tools.questionnaires.pages import pair_template
 from dataset_tools.questionnaires.questionnaire import KEY_NAME, NONE, Tokens, field_name, read_key
 from dataset_tools.study.stimuli import Comparison, StudyFolders
@@ -195,14 +195,14 @@ def build_study(
     tokens = Tokens(scheme.seed, folders.fingerprint(wanted))
     rng = np.random.default_rng([scheme.seed, int(tokens("order"), 16)])
     items = {Item(one.case, one.rival): wanted.get(one, 0) for one in comparisons}
-    questionnaires, sheets = {}, []
-    for number, hand in enumerate(deal(items, scheme.pairs, rng, others=items)):
+    questionnaires, stimuli = {}, []
+    for number, block in enumerate(assign_items(items, scheme.pairs, rng, others=items)):
         name = tokens("questionnaire", number)
-        questions = _plan([Comparison(item.shape, item.view) for item in hand], name, tokens, rng)
+        questions = _plan([Comparison(item.shape, item.view) for item in block], name, tokens, rng)
         questionnaires[name] = questions
-        sheets.append(Sheet(name, tuple(_shown(question, folders) for question in questions)))
+        stimuli.append(QuestionnaireStimuli(name, tuple(_shown(question, folders) for question in questions)))
     key = StudyKey(questionnaires, ours, scheme, folders.seen_from(batch_dir))
-    notes = BatchWriter(tokens, look, pair_template).write(batch_dir, sheets, key.record())
+    notes = BatchWriter(tokens, look, pair_template).write(batch_dir, stimuli, key.record())
     same = sum(folders.are_same(comparison) for comparison in comparisons)
     if same:
         notes.append(f"{same} of {len(comparisons)} comparisons show the same picture twice: only chance decides them")
@@ -214,13 +214,13 @@ def build_study(
     return key, notes
 
 
-def _plan(hand: Sequence[Comparison], name: str, tokens: Tokens, rng: np.random.Generator) -> list[PairQuestion]:
+def _plan(block: Sequence[Comparison], name: str, tokens: Tokens, rng: np.random.Generator) -> list[PairQuestion]:
     """The pairs in random order with random sides, then all again with sides swapped in another order."""
-    left = {comparison: bool(rng.integers(2)) for comparison in hand}
-    order = [hand[i] for i in rng.permutation(len(hand))] + [hand[i] for i in rng.permutation(len(hand))]
+    left = {comparison: bool(rng.integers(2)) for comparison in block}
+    order = [block[i] for i in rng.permutation(len(block))] + [block[i] for i in rng.permutation(len(block))]
     questions = []
     for place, comparison in enumerate(order, 1):
-        flipped = place > len(hand)
+        flipped = place > len(block)
         sides = [Preference.OURS, Preference.RIVAL]
         if left[comparison] == flipped:
             sides.reverse()
@@ -230,8 +230,10 @@ def _plan(hand: Sequence[Comparison], name: str, tokens: Tokens, rng: np.random.
     return questions
 
 
-def _shown(question: PairQuestion, folders: StudyFolders) -> Shown:
+def _shown(question: PairQuestion, folders: StudyFolders) -> QuestionStimuli:
     case, rival = question.comparison.case, question.comparison.rival
     sides = [(value, meaning) for value, meaning in question.answers.items() if value not in (BOTH, NONE)]
     drawings = tuple(folders.drawing(case, None if meaning is Preference.OURS else rival) for _, meaning in sides)
-    return Shown(question.field, tuple(value for value, _ in sides), drawings, tuple(folders.render_paths(case)))
+    return QuestionStimuli(
+        question.field, tuple(value for value, _ in sides), drawings, tuple(folders.render_paths(case))
+    )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
-from dataset_tools.questionnaires.identical_drawings import ALL_DIFFERENT, Twins, different
+from dataset_tools.questionnaires.identical_drawings import ALL_DIFFERENT, Twins, distinct
 from dataset_tools.votes.dawid_skene import one_coin
 from dataset_tools.votes.reliability import Participant, assess, counted
 from dataset_tools.votes.votes import Vote
@@ -87,7 +87,7 @@ class Verdict:
     @property
     def others(self) -> list[int]:
         """The drawings that differ from the best one and from each other: what it is better than."""
-        return [index for index in different(self.twins) if index != self.best]
+        return [index for index in distinct(self.twins) if index != self.best]
 
 
 @dataclass(frozen=True)

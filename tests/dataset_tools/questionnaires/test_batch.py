@@ -17,7 +17,7 @@ from dataset_tools.questionnaires.batch_folder import MAX_TEMPLATE, Look
 from dataset_tools.questionnaires.pages import asset, batch_template, render
 from dataset_tools.questionnaires.questionnaire import NONE, Key, Scheme
 from dataset_tools.questionnaires.sentinels import ArtistsFolder, Drawing, SentinelPool
-from dataset_tools.questionnaires.stimuli import padded
+from dataset_tools.questionnaires.stimuli import pad_png
 from dataset_tools.simulation.crowd import SimulatedArtists
 from ncmodel.data.item import Item
 from ncmodel.errors import InputError, UsageError
@@ -189,8 +189,8 @@ def test_sentinels_show_one_drawing_of_the_shape_and_seven_of_others(data: Path,
     items = list_items(data)
     drawings = [Drawing(item, artists / item.name / f"{i}.png") for item in items for i in range(3)]
     pool = SentinelPool(drawings, [], 6, np.random.default_rng(0))
-    hand = items[:4]
-    sentinels = pool.draw(3, hand)
+    block = items[:4]
+    sentinels = pool.draw(3, block)
     assert len(pool) == 6
     assert len({sentinel.item for sentinel in sentinels}) == 3
     used = [drawing for sentinel in sentinels for drawing in sentinel.drawings]
@@ -198,7 +198,7 @@ def test_sentinels_show_one_drawing_of_the_shape_and_seven_of_others(data: Path,
     for sentinel in sentinels:
         right, *others = sentinel.drawings
         assert right.item == sentinel.item
-        assert sentinel.item.shape not in {item.shape for item in hand}
+        assert sentinel.item.shape not in {item.shape for item in block}
         assert len({other.item.shape for other in others}) == 7
         assert sentinel.item.shape not in {other.item.shape for other in others}
 
@@ -264,7 +264,7 @@ def test_small_data_sets_are_asked_about_as_far_as_they_go(tmp_path: Path) -> No
 
 def test_padding_keeps_the_picture() -> None:
     png = png_bytes(from_ink(scribble(np.random.default_rng(0), 3)))
-    longer = padded(png, len(png) + 100)
+    longer = pad_png(png, len(png) + 100)
     assert len(longer) == len(png) + 100
     import io
 
@@ -272,7 +272,7 @@ def test_padding_keeps_the_picture() -> None:
         picture.load()
         assert (np.asarray(picture) == np.asarray(before)).all()
     with pytest.raises(ValueError, match="don't fit"):
-        padded(png, len(png) + 11)
+        pad_png(png, len(png) + 11)
 
 
 def test_a_folder_that_holds_something_is_left_alone(batch: Path, data: Path, artists: Path) -> None:

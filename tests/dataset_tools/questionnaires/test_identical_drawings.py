@@ -13,7 +13,7 @@ from dataset_tools.questionnaires.batch import make_batch
 from dataset_tools.questionnaires.batch_folder import Look
 from dataset_tools.questionnaires.identical_drawings import (
     ALL_DIFFERENT,
-    different,
+    distinct,
     find_twins,
     from_record,
     from_text,
@@ -58,7 +58,7 @@ def test_twins_are_found_by_their_pictures(data: Path, tmp_path: Path) -> None:
     assert item_twins(data, Item("shape_0", "0")) == PAIRED
     assert item_twins(data, Item("shape_1", "0")) == (0,) * 8
     assert item_twins(data, Item("shape_2", "0")) == ALL_DIFFERENT
-    assert different(PAIRED) == [0, 1, 2, 3]
+    assert distinct(PAIRED) == [0, 1, 2, 3]
     (tmp_path / "0.png").write_bytes(b"a")
     with pytest.raises(InputError, match=r"1\.png: can't be read"):
         find_twins([tmp_path / "0.png", tmp_path / "1.png"])
@@ -151,7 +151,7 @@ def test_stand_ins_of_a_sentinel_are_different_pictures(data: Path, tmp_path: Pa
         for row in csv.DictReader(file):
             for question in key.questionnaires[row["questionnaire"]].questions:
                 shown = [(tmp_path / "b" / row[f"{question.field}_d{place}"]).read_bytes() for place in range(1, 9)]
-                assert len(set(shown)) == len(different(question.twins))
+                assert len(set(shown)) == len(distinct(question.twins))
 
 
 def test_votes_without_the_column_have_no_twins(tmp_path: Path) -> None:
