@@ -14,7 +14,7 @@ from starlette.middleware import Middleware
 
 from dataset_tools.questionnaires.questionnaire import KEY_NAME, read_key
 from dataset_tools.site.database import Policy, SiteStore
-from dataset_tools.site.participant_pages import Limits, Settings, Site
+from dataset_tools.site.participant_pages import RateLimits, Settings, Site
 from dataset_tools.site.requester_pages import Admin
 from dataset_tools.site.security import Guard
 from dataset_tools.site.served_batch import SiteBatch
@@ -39,25 +39,25 @@ class SiteFiles:
 
 
 def make_app(
-    files: SiteFiles, settings: Settings, policy: Policy, limits: Limits | None = None
+    files: SiteFiles, settings: Settings, policy: Policy, limits: RateLimits | None = None
 ) -> tuple[Starlette, SiteStore]:
     """The site as an ASGI application, and its store, which the caller closes.
 
     Raises:
         InputError: The batch or the database can't be used.
     """
-    limits = limits or Limits()
+    limits = limits or RateLimits()
     batch = SiteBatch(files.batch_dir)
     store = SiteStore(files.database, batch.identifiers, policy, time.time)
     site = Site(batch, store, settings, limits)
     secure = settings.public_url.startswith("https:")
     token = read_token(files.token)
-    admin = Admin(store, files.database, _subjects(files.batch_dir), token, policy.places, limits.logins, secure)
+    admin = Admin(store, files.database, _items_of(files.batch_dir), token, policy.places, limits.logins, secure)
     guard = Middleware(Guard, public_url=settings.public_url)
     return Starlette(routes=[*site.routes(), *admin.routes()], middleware=[guard]), store
 
 
-def _subjects(batch_dir: Path) -> dict[str, list[str]]:
+def _items_of(batch_dir: Path) -> dict[str, list[str]]:
     """Questionnaire -> what it asks about, sentinels excluded."""
     listed: Mapping[str, Mapping[str, Sequence[Mapping[str, object]]]] = read_key(batch_dir)["questionnaires"]
     return {
