@@ -7,7 +7,7 @@ from typing import Any
 
 from dataset_tools.build.build import Summary
 from dataset_tools.cleaning.repair import CleanReport
-from dataset_tools.build.threshold_study import LevelStudy
+from dataset_tools.build.threshold_study import ThresholdStudy
 from dataset_tools.build.store import ViewStatus
 
 _FAULTS = ("border_edges", "touching_vertices", "non_manifold_edges", "non_manifold_vertices", "inconsistent_edges")
@@ -57,11 +57,11 @@ def clean_text(report: CleanReport) -> str:
     return "\n".join([*lines, f"left: {', '.join(still) if still else 'no fault'}"])
 
 
-def levels_text(study: LevelStudy) -> str:
-    """Measured levels for people."""
+def thresholds_text(study: ThresholdStudy) -> str:
+    """Measured thresholds for people."""
     lines = [f"share of visible length kept on {study.views} views (10th, 50th, 90th percentile)"]
     for kept in study.kept:
-        lines.append(f"  {kept.family:<11} {kept.level:>6g}  {'  '.join(f'{share:.2f}' for share in kept.shares)}")
+        lines.append(f"  {kept.family:<11} {kept.threshold:>6g}  {'  '.join(f'{share:.2f}' for share in kept.shares)}")
     return "\n".join(
         [*lines, f"different ones of 256 drawings of lines: {', '.join(f'{n:.0f}' for n in study.distinct)}"]
     )

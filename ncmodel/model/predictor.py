@@ -148,7 +148,7 @@ class Model:
         chosen: dict[LineFamily, float] = {}
         for index, family in enumerate(FILTERED_FAMILIES):
             # From the largest feature on, a threshold leaves no line: the family is off.
-            if optimum.present[index] and optimum.thresholds[index] < score.level(index, 0.0):
+            if optimum.present[index] and optimum.thresholds[index] < score.threshold_leaving(index, 0.0):
                 chosen[family] = optimum.thresholds[index]
         thresholds = choice.thresholds.with_values(**{family.value: t for family, t in chosen.items()})
         kept = [LineFamily.CONTOURS, *([LineFamily.BOUNDARIES] if optimum.boundaries else []), *chosen]
