@@ -118,7 +118,7 @@ class DaskRunner:
             _await_listener(address, patience)
             self.client = distributed.Client(address, timeout=patience, set_as_default=False)
         except (OSError, ValueError) as error:
-            found = f"no Dask scheduler that answers at {address} ({error})"
+            found = f"{address}, where no Dask scheduler answers ({error})"
             raise ArgumentError("scheduler", found, "tcp://HOST:PORT of one that runs") from error
 
     def run(self, function: Callable[[T], R], tasks: Sequence[T], limits: Limits) -> Iterator[Outcome[T, R]]:

@@ -110,7 +110,10 @@ CASES = [
     (["crowd", "aggregate", "{tmp}/no.csv", "-o", "{tmp}/p"], "no.csv: can't be read"),
     (["crowd", "aggregate", "{answered}/results.csv", "-o", "{tmp}/p"], "no column worker"),
     (["crowd", "aggregate", "{answered}/votes.csv", "-o", "{tmp}/p", "--method", "best"], "--method: found 'best'"),
-    (["crowd", "aggregate", "{answered}/votes.csv", "-o", "{tmp}/p", "--validation-shapes", "x"], "x has no votes"),
+    (
+        ["crowd", "aggregate", "{answered}/votes.csv", "-o", "{tmp}/p", "--validation-shapes", "x"],
+        "--validation-shapes: found x, which has no votes",
+    ),
     (["crowd", "topup", "{data}", "{answered}/results.csv", "{tmp}/b"], "no column"),
     (["crowd", "audit", "{answered}/batch/key.json", "-o", "{tmp}/a.html"], "no column worker"),
     (["crowd", "review", "{answered}/votes.csv", "{answered}/votes.csv", "-o", "{tmp}/r"], "WorkerId"),
