@@ -4,13 +4,10 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-import cv2
-import numpy as np
-
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
 from ncmodel.errors import InputError
-from ncmodel.images import Pixels
+from ncmodel.images import Pixels, from_brightness, read_grey
 from ncmodel.report.contact_sheet import Tile, contact_sheet
 
 
@@ -36,13 +33,10 @@ def _row(data: DataFolder, item: Item) -> list[Tile]:
         medoids = json.loads(data.selection_path(item).read_text(encoding="utf-8"))["medoids"]
     except (OSError, ValueError, KeyError) as error:
         raise InputError(data.view_folder(item), "no readable selection.json in it", "a view that is done") from error
-    renders = [Tile(_picture(path), item.name) for path in data.render_paths(item)]
-    drawings = [Tile(_picture(data.drawing_path(item, i)), f"candidate {n}") for i, n in enumerate(medoids)]
+    renders = [Tile(_pixels(path), item.name) for path in data.render_paths(item)]
+    drawings = [Tile(_pixels(data.drawing_path(item, i)), f"candidate {n}") for i, n in enumerate(medoids)]
     return renders + drawings
 
 
-def _picture(path: Path) -> Pixels:
-    stored = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-    if stored is None:
-        raise InputError(path, "not a picture", "a PNG file")
-    return np.asarray(stored, dtype=np.uint8)
+def _pixels(path: Path) -> Pixels:
+    return from_brightness(read_grey(path))

@@ -5,14 +5,15 @@ from typing import Annotated, Any
 
 import typer
 
-from ncmodel.cli.common import emit, parse_size, progress
+from ncmodel.cli.common import emit, progress
+from ncmodel.drawing.arguments import size_of
 from ncmodel.errors import BatchError, UsageError
 
 group = typer.Typer(help="Clean meshes, choose views, draw and select candidates.", no_args_is_help=True)
 
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
-Up = Annotated[str | None, typer.Option(help="Upward axis of the mesh files, y or z.  [default: y]")]
+Up = Annotated[str | None, typer.Option(help="Upward axis of the mesh files, y or z. (default y)")]
 
 
 @group.command()
@@ -20,15 +21,13 @@ def build(
     mesh_dir: Annotated[Path, typer.Argument(help="Folder with meshes, searched with its subfolders.")],
     data_dir: Annotated[Path, typer.Argument(help="Data folder to make or to go on with.")],
     config: Annotated[Path | None, typer.Option(help="Settings (TOML); options below override it.")] = None,
-    views: Annotated[int | None, typer.Option(help="Views of each shape.  [default: 2]")] = None,
-    size: Annotated[str | None, typer.Option(help="Pixels, N or WxH.  [default: 768]")] = None,
-    seed: Annotated[int | None, typer.Option(help="Of azimuths and selection.  [default: 0]")] = None,
+    views: Annotated[int | None, typer.Option(help="Views of each shape. (default 2)")] = None,
+    size: Annotated[str | None, typer.Option(help="Pixels, N or WxH. (default 768)")] = None,
+    seed: Annotated[int | None, typer.Option(help="Of azimuths and selection. (default 0)")] = None,
     up: Up = None,
     up_table: Annotated[Path | None, typer.Option(help="Axes of single files: a CSV with columns file, up.")] = None,
-    min_faces: Annotated[int | None, typer.Option(help="Skip shapes with fewer faces.  [default: 2000]")] = None,
-    workers: Annotated[
-        int | None, typer.Option(help="Processes; 0: this one, no limits.  [default: one a core]")
-    ] = None,
+    min_faces: Annotated[int | None, typer.Option(help="Skip shapes with fewer faces. (default 2000)")] = None,
+    workers: Annotated[int | None, typer.Option(help="Processes; 0: this one, no limits. (default one a core)")] = None,
     scheduler: Annotated[str | None, typer.Option(help="Dask scheduler, tcp://HOST:PORT, instead of workers.")] = None,
     retry: Annotated[bool, typer.Option("--retry", help="Try again what failed before.")] = False,
     as_json: Json = False,
@@ -40,7 +39,7 @@ def build(
     from dataset_tools.build.summary import summary_record, summary_text
     from ncmodel.data.data_folder import DataFolder
 
-    width, height = parse_size(size) if size else (None, None)
+    width, height = size_of(size) if size else (None, None)
     chosen = {"views": views, "width": width, "height": height, "seed": seed, "up": up, "min_faces": min_faces}
     rules = read_up_table(up_table) if up_table else None
     settings = _settings(config, DataFolder(data_dir).config_path, {**chosen, "up_rules": rules})
@@ -110,7 +109,7 @@ def export(
 
     _check_format(format_)
     data, item = DataFolder.of_view(view)
-    files = exchanged(data.open_view(item, parse_size(size))).files()
+    files = exchanged(data.open_view(item, size_of(size))).files()
     output.mkdir(parents=True, exist_ok=True)
     for name, data in files.items():
         write_bytes(output / name, data)
@@ -142,7 +141,7 @@ def import_(
 def sheet(
     data_dir: Annotated[Path, typer.Argument(help="Data folder.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Picture, *.png.")],
-    names: Annotated[list[str] | None, typer.Option("--view", help="SHAPE_VIEW, repeatable.  [default: all]")] = None,
+    names: Annotated[list[str] | None, typer.Option("--view", help="SHAPE_VIEW, repeatable. (default all)")] = None,
 ) -> None:
     """Draw a contact sheet: renders and selected drawings of each view."""
     from dataset_tools.build.contact_sheet import data_sheet

@@ -18,13 +18,14 @@ import numpy as np
 from dataset_tools.candidates.chamfer_matrix import distance_field
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
+from ncmodel.export.page import REFERENCE_SIDE, WIDTH
 from ncmodel.export.rasterize import draw_segments
 from ncmodel.images import from_ink, read_grey, write_png
 from ncmodel.lines.chaining import chain
 from ncmodel.scene.view import View
 from ncmodel.types import Floats, Image, Ints, LineFamily, Mask
 
-LINE_WIDTH = 2.5 / 768
+LINE_WIDTH = WIDTH / REFERENCE_SIDE
 """Line widths and distances are shares of the picture's shorter side."""
 BESIDE = 6 / 768
 """A line that runs this near to a drawn one adds nothing."""

@@ -52,3 +52,8 @@ def same(lines: LineSet, expected: list[Segment]) -> None:
     face, points = np.array([s[0] for s in expected]), np.array([s[1] for s in expected]).reshape(-1, 2, 3)
     assert len(lines) == len(expected)
     assert matched(lines.face, lines.points, face, points, 1e-9) == len(expected)
+
+
+def length(points: Floats) -> float:
+    """The sum of the lengths of (n, 2, 3) or (n, 2, 2) segments."""
+    return float(np.linalg.norm(points[:, 1] - points[:, 0], axis=1).sum())

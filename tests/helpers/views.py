@@ -43,3 +43,8 @@ def eyes(mesh: Mesh) -> dict[str, tuple[float, float, float]]:
         "very far": (1e9, 1e9, 1e9),
         "very near": at(vertex + 1e-13 * normal),
     }
+
+
+def orbited(vertices: Floats, faces: Ints, side: int) -> View:
+    """The surface from the default direction, on a square picture."""
+    return View(Surface(Mesh(vertices, faces)), Camera.orbit(vertices, size=(side, side)))

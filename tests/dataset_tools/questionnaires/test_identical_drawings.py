@@ -7,8 +7,8 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from dataset_tools.build.items import item_twins, items_to_ask_about, list_items
 
+from dataset_tools.build.items import item_twins, items_to_ask_about, list_items
 from dataset_tools.questionnaires.batch import make_batch
 from dataset_tools.questionnaires.batch_folder import Look
 from dataset_tools.questionnaires.identical_drawings import (
@@ -148,10 +148,12 @@ def test_stand_ins_of_a_sentinel_are_different_pictures(data: Path, tmp_path: Pa
     make_batch(data, tmp_path / "b", dict.fromkeys(items, 9), scheme, Look(64, 64), ArtistsFolder(artists))
     key = Key.load(tmp_path / "b")
     with (tmp_path / "b/tasks.csv").open(newline="") as file:
-        for row in csv.DictReader(file):
-            for question in key.questionnaires[row["questionnaire"]].questions:
-                shown = [(tmp_path / "b" / row[f"{question.field}_d{place}"]).read_bytes() for place in range(1, 9)]
-                assert len(set(shown)) == len(distinct(question.twins))
+        rows = list(csv.DictReader(file))
+    asked = [(row, question) for row in rows for question in key.questionnaires[row["questionnaire"]].questions]
+    assert any(question.sentinel for _, question in asked)
+    for row, question in asked:
+        shown = [(tmp_path / "b" / row[f"{question.field}_d{place}"]).read_bytes() for place in range(1, 9)]
+        assert len(set(shown)) == len(distinct(question.twins))
 
 
 def test_votes_without_the_column_have_no_twins(tmp_path: Path) -> None:

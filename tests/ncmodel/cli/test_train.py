@@ -7,6 +7,7 @@ import pytest
 
 from ncmodel.cli.main import main
 from ncmodel.nets.presets import PRESETS
+from tests.helpers.commands import complaint
 from tests.helpers.micro_training import MICRO, run
 
 pytestmark = pytest.mark.usefixtures("one_thread")
@@ -24,12 +25,6 @@ class TestCommand:
     def arguments(self, data: Path, out: Path, *more: str) -> list[str]:
         return ["train", str(data), str(data / "pairs.jsonl"), "-o", str(out), "--preset", "micro", *more]
 
-    def complaint(self, capsys: pytest.CaptureFixture[str], arguments: list[str]) -> str:
-        assert main(arguments) == 2
-        lines = capsys.readouterr().err.splitlines()
-        assert len(lines) == 1
-        return lines[0]
-
     def test_prints_one_json_object(self, data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         assert main(self.arguments(data, tmp_path / "m.ckpt", "--epochs", "1", "--json")) == 0
         printed = json.loads(capsys.readouterr().out)
@@ -41,7 +36,7 @@ class TestCommand:
         assert capsys.readouterr().out.startswith("ranker: kept pass ")
 
     @pytest.mark.parametrize(
-        ("more", "complaint"),
+        ("more", "message"),
         [
             (["--stage", "judge"], "--stage: found 'judge', expected all or one of ranker, translator, finetune"),
             (["--epochs", "0"], "--epochs: found 0, expected at least 1"),
@@ -53,14 +48,14 @@ class TestCommand:
         ],
     )
     def test_wrong_options(
-        self, data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], more: list[str], complaint: str
+        self, data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], more: list[str], message: str
     ) -> None:
-        assert complaint in self.complaint(capsys, self.arguments(data, tmp_path / "m.ckpt", *more))
+        assert message in complaint(capsys, *self.arguments(data, tmp_path / "m.ckpt", *more))
 
     def test_data_that_is_none(self, data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         out = tmp_path / "m.ckpt"
         pairs = str(data / "pairs.jsonl")
-        for arguments, complaint in [
+        for arguments, message in [
             (
                 ["train", str(tmp_path / "none"), pairs, "-o", str(out)],
                 "no folder 'views' in it; expected a data folder",
@@ -68,12 +63,12 @@ class TestCommand:
             (["train", str(data), str(tmp_path / "none"), "-o", str(out)], "none: can't be read"),
             (["train", str(data), pairs, "-o", str(tmp_path / "none" / "m")], "its folder doesn't exist"),
         ]:
-            assert complaint in self.complaint(capsys, arguments)
+            assert message in complaint(capsys, *arguments)
 
     def test_unknown_items(self, data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         pairs = tmp_path / "pairs.jsonl"
         pairs.write_text(json.dumps({"shape": "ghost", "view": 0, "better": 0, "worse": 1, "split": "train"}))
-        found = self.complaint(capsys, ["train", str(data), str(pairs), "-o", str(tmp_path / "m.ckpt")])
+        found = complaint(capsys, "train", str(data), str(pairs), "-o", str(tmp_path / "m.ckpt"))
         assert "pairs.jsonl: item 'ghost_0' is unknown" in found
 
     def test_an_earlier_training_of_another_kind(
@@ -81,12 +76,12 @@ class TestCommand:
     ) -> None:
         out = tmp_path / "m.ckpt"
         run(data, out, stages=("ranker",), epochs=1)
-        found = self.complaint(capsys, self.arguments(data, out, "--stage", "ranker", "--seed", "1"))
+        found = complaint(capsys, *self.arguments(data, out, "--stage", "ranker", "--seed", "1"))
         assert "had seed 0, now 1; expected the same, or a restart" in found
-        found = self.complaint(capsys, self.arguments(data, out, "--preset", "tiny"))
+        found = complaint(capsys, *self.arguments(data, out, "--preset", "tiny"))
         assert "holds networks of preset 'micro'; expected preset 'tiny', or a file that isn't there yet" in found
         (tmp_path / "m.ckpt.ranker.state").unlink()
-        found = self.complaint(capsys, self.arguments(data, out, "--stage", "ranker"))
+        found = complaint(capsys, *self.arguments(data, out, "--stage", "ranker"))
         assert "m.ckpt.ranker.state, needed to go on, is gone; expected that file, or a restart" in found
         assert main(self.arguments(data, out, "--stage", "ranker", "--seed", "1", "--epochs", "1", "--restart")) == 0
 
@@ -95,8 +90,8 @@ class TestCommand:
     ) -> None:
         out = tmp_path / "m.ckpt"
         out.write_bytes(b"damaged")
-        assert "not a safetensors file" in self.complaint(capsys, self.arguments(data, out))
+        assert "not a safetensors file" in complaint(capsys, *self.arguments(data, out))
         assert main(self.arguments(data, out, "--epochs", "1", "--restart")) == 0
         (tmp_path / "m.ckpt.history.json").write_text("{")
         capsys.readouterr()
-        assert "history.json: not JSON" in self.complaint(capsys, self.arguments(data, out))
+        assert "history.json: not JSON" in complaint(capsys, *self.arguments(data, out))

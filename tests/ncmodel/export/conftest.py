@@ -3,7 +3,7 @@
 import pytest
 
 from ncmodel.export.page import Picture
-from tests.helpers.pages import scribbles
+from tests.helpers.pictures import scribbles
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from ncmodel.export.pdf import pdf
 from ncmodel.export.png import ink, png
 from ncmodel.export.svg import svg
 from ncmodel.types import Stroke
-from tests.helpers.pages import SVG, scribbles
+from tests.helpers.pictures import SVG, scribbles
 
 
 def pixel_of(data: bytes, column: int, row: int) -> list[int]:
@@ -57,13 +57,13 @@ def test_lines_grow_with_the_picture() -> None:
 
 @pytest.mark.parametrize("name", ["", "#12345", "#12345g", "123456", "pink", "#-12345"])
 def test_wrong_colours(name: str) -> None:
-    with pytest.raises(UsageError, match="--background: found"):
+    with pytest.raises(UsageError, match="background: found"):
         colour(name)
 
 
 @pytest.mark.parametrize("width", [0.0, -1.0, float("nan"), float("inf")])
 def test_wrong_widths(width: float) -> None:
-    with pytest.raises(UsageError, match="--width: found"):
+    with pytest.raises(UsageError, match="width: found"):
         Picture(10, 10, (), width)
 
 

@@ -11,7 +11,7 @@ from ncmodel.export.page import Picture
 from ncmodel.export.pdf import pdf
 from ncmodel.export.svg import svg
 from ncmodel.types import Stroke
-from tests.helpers.pages import SVG, objects_of
+from tests.helpers.pictures import SVG, objects_of
 
 
 def test_pdf_holds_the_same_paths(picture: Picture) -> None:

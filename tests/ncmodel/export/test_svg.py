@@ -15,7 +15,7 @@ from ncmodel.export.page import Picture
 from ncmodel.export.png import ink
 from ncmodel.export.svg import svg
 from ncmodel.types import Image, LineFamily, Stroke
-from tests.helpers.pages import SVG, far, shown
+from tests.helpers.pictures import SVG, far, shown
 
 
 def test_svg_is_xml_with_a_group_a_family(picture: Picture) -> None:

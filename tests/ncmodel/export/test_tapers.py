@@ -12,7 +12,7 @@ from ncmodel.export.png import ink
 from ncmodel.export.svg import svg
 from ncmodel.export.tapers import OPACITY_STEP, OVERLAP
 from ncmodel.types import Stroke
-from tests.helpers.pages import SVG, shade_of, shown
+from tests.helpers.pictures import SVG, shade_of, shown
 
 
 def test_a_lone_taper_has_the_same_ink() -> None:

@@ -8,9 +8,9 @@ from ncmodel.drawing.thresholding import fade
 from ncmodel.lines import contours
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
-from ncmodel.types import Floats, LineFamily, Mesh
+from ncmodel.types import LineFamily, Mesh, Threshold
 from tests.helpers import analytic
-from tests.helpers.segments import expected_segments, matched, same
+from tests.helpers.segments import expected_segments, length, matched, same
 from tests.helpers.views import EYE, seen
 
 
@@ -26,7 +26,7 @@ def test_zero_sets_by_their_definition_face_by_face(view: View, family: str) -> 
 def test_thresholds_after_extraction_cut_suggestive_contours_as_thresholds_before(threshold: float, view: View) -> None:
     size = view.surface.feature_size
     expected = expected_segments(view, LineFamily.SUGGESTIVE, threshold / size**2)
-    faded = fade(view.lines(LineFamily.SUGGESTIVE), threshold)
+    faded = fade(view.lines(LineFamily.SUGGESTIVE), Threshold(threshold))
     points = np.array([s[1] for s in expected]).reshape(-1, 2, 3)
     face = np.array([s[0] for s in expected], dtype=np.int64)
     assert matched(faded.face, faded.points, face, points, 1e-9) == len(expected) == len(faded)
@@ -36,10 +36,6 @@ def test_suggestive_strength_is_never_negative(view: View) -> None:
     lines = view.lines(LineFamily.SUGGESTIVE)
     assert (lines.strength >= 0).all()
     assert not np.isnan(lines.strength).any()
-
-
-def length(segments: Floats) -> float:
-    return float(np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1).sum())
 
 
 def test_the_sign_of_kr_parts_the_zeros_of_n_dot_v(view: View) -> None:

@@ -52,4 +52,5 @@ def test_lines_stay_when_faces_are_reordered(view: View) -> None:
     for family in LineFamily:
         lines, reordered = view.lines(family), other.lines(family)
         assert len(lines) == len(reordered)
+        assert len(lines) > 5 or family in (LineFamily.BOUNDARIES, LineFamily.CREASES)
         assert matched(lines.face, lines.points, order[reordered.face], reordered.points, 1e-9) == len(lines)

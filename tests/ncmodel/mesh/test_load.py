@@ -9,6 +9,7 @@ import trimesh
 from ncmodel.errors import MeshError, UsageError
 from ncmodel.mesh.load import load_mesh, make_mesh, normalise
 from tests.helpers import analytic
+from tests.helpers.dirty import signed_volume
 from tests.helpers.mesh_files import as_obj, tetrahedron
 
 
@@ -22,10 +23,8 @@ def test_scenes_are_joined_where_their_transforms_put_them(tmp_path: Path) -> No
     scene.add_geometry(box, transform=mirrored)
     scene.export(str(tmp_path / "two.glb"))
     mesh = load_mesh(tmp_path / "two.glb")
-    corners = mesh.vertices[mesh.faces]
     assert len(mesh.faces) == 24
-    volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
-    assert volume == pytest.approx(2 / 4**3, rel=1e-6)
+    assert signed_volume(mesh.vertices, mesh.faces) == pytest.approx(2 / 4**3, rel=1e-6)
     np.testing.assert_allclose(np.ptp(mesh.vertices, axis=0), [1, 0.25, 0.25], rtol=1e-6)
 
 

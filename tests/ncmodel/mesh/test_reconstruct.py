@@ -9,6 +9,7 @@ from ncmodel.mesh.load import load_mesh
 from ncmodel.mesh.reconstruct import reconstruct
 from ncmodel.types import Floats
 from tests.helpers import analytic
+from tests.helpers.dirty import signed_volume
 from tests.helpers.mesh_files import PLY_HEADER
 
 
@@ -19,9 +20,7 @@ def test_point_clouds_become_surfaces(tmp_path: Path) -> None:
     header = PLY_HEADER.format(format="ascii", v=len(points), f=0).split("element face")[0] + "end_header\n"
     (tmp_path / "cloud.ply").write_text(header + rows)
     mesh = load_mesh(tmp_path / "cloud.ply")
-    corners = mesh.vertices[mesh.faces]
-    volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
-    assert volume == pytest.approx(2 * np.pi**2 * 0.355 * 0.145**2, rel=0.03)
+    assert signed_volume(mesh.vertices, mesh.faces) == pytest.approx(2 * np.pi**2 * 0.355 * 0.145**2, rel=0.03)
     assert mesh.notes == (f"reconstructed {len(mesh.faces)} faces from points (screened Poisson)",)
     (tmp_path / "cloud.xyz").write_text("# x y z nx ny nz\n" + rows.replace("\n", " 0 0 1\n\n") + " 0 0 1 # last")
     np.testing.assert_array_equal(load_mesh(tmp_path / "cloud.xyz").vertices, mesh.vertices)

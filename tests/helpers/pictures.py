@@ -13,6 +13,7 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 
 def scribbles(count: int = 30, side: float = 200.0, seed: int = 0) -> list[Stroke]:
+    """Random walks on a square page, of three families, two of them with changing opacity."""
     rng = np.random.default_rng(seed)
     made = []
     for n in range(count):
@@ -48,12 +49,6 @@ def shown(document: str, shape: tuple[int, int]) -> Image:
     return image
 
 
-def far(one: Image, other: Image, level: float = 0.5) -> float:
-    """The share of the ink of one that is more than a pixel from the other's."""
-    distance = cv2.distanceTransform((other <= level).astype(np.uint8), cv2.DIST_L2, 5)
-    return float((distance[one > level] > 1.01).mean())
-
-
 def objects_of(data: bytes) -> dict[int, bytes]:
     """A PDF's objects, found through its cross-reference table."""
     start = int(re.findall(rb"startxref\n(\d+)\n%%EOF", data)[-1])
@@ -65,3 +60,14 @@ def objects_of(data: bytes) -> dict[int, bytes]:
     for number, offset in enumerate(offsets[1:], 1):
         assert data[offset:].startswith(b"%d 0 obj\n" % number)
     return {number: data[offset : data.index(b"\nendobj", offset)] for number, offset in enumerate(offsets) if number}
+
+
+def near(one: Image, other: Image, pixels: float, level: float) -> float:
+    """The share of the ink of one, of `level` and more, that is within some pixels of the other's."""
+    distance = cv2.distanceTransform((other <= level).astype(np.uint8), cv2.DIST_L2, 5)
+    return float((distance[one > level] <= pixels).mean())
+
+
+def far(one: Image, other: Image, level: float = 0.5) -> float:
+    """The share of the ink of one that is more than a pixel from the other's."""
+    return 1 - near(one, other, 1.01, level)
