@@ -8,13 +8,20 @@ from pathlib import Path
 
 import numpy as np
 
-from dataset_tools.build.worker_process import Limits
-from dataset_tools.build.runners import Runner
-from dataset_tools.cleaning.near_duplicates import Comparison, candidate_pairs, compare, compared_before, decide, to_json
 from dataset_tools.build.config import BuildConfig
 from dataset_tools.build.mesh_files import Source, content_checksum
+from dataset_tools.build.runners import Runner
 from dataset_tools.build.store import Store, ViewStatus, writing_to
 from dataset_tools.build.tasks import CleanTask, ShapeTask, clean_shape, failed_files, make_views
+from dataset_tools.build.worker_process import Limits
+from dataset_tools.cleaning.near_duplicates import (
+    Comparison,
+    candidate_pairs,
+    compare,
+    compared_before,
+    decide,
+    to_json,
+)
 from ncmodel.config import read_config, write_config
 from ncmodel.errors import InputError
 from ncmodel.files import write_text

@@ -6,9 +6,9 @@ from dataclasses import asdict
 from typing import Any
 
 from dataset_tools.build.build import Summary
-from dataset_tools.cleaning.repair import CleanReport
-from dataset_tools.build.threshold_study import ThresholdStudy
 from dataset_tools.build.store import ViewStatus
+from dataset_tools.build.threshold_study import ThresholdStudy
+from dataset_tools.cleaning.repair import CleanReport
 
 _FAULTS = ("border_edges", "touching_vertices", "non_manifold_edges", "non_manifold_vertices", "inconsistent_edges")
 

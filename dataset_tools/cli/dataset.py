@@ -157,7 +157,7 @@ def levels(
     data_dir: Annotated[Path, typer.Argument(help="Data folder.")],
     as_json: Json = False,
 ) -> None:
-    """Measure how much each level of the candidates keeps on the views, and how many drawings differ."""
+    """Measure how much each threshold of the candidates keeps on the views, and how many drawings differ."""
     from dataset_tools.build.summary import thresholds_text
     from dataset_tools.build.threshold_study import study_thresholds
 

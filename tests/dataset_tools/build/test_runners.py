@@ -9,15 +9,12 @@ from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 
-import distributed
 import pytest
 
-from tests.helpers.waiting import wait_until
-
+from dataset_tools.build.runners import HereRunner, PoolRunner, Runner
 from dataset_tools.build.worker_process import Limits
-from dataset_tools.build.runners import DaskRunner, HereRunner, PoolRunner, Runner, runner_for
-from ncmodel.errors import InputError, UsageError
-from tests.helpers.loopback import dask_cluster
+from ncmodel.errors import InputError
+from tests.helpers.waiting import wait_until
 
 LIMITS = Limits(seconds=60.0, memory_gb=8.0)
 
