@@ -20,7 +20,7 @@ from ncmodel.data.item import Item
 from ncmodel.errors import InputError, UsageError
 
 MAX_STAND_INS = 40
-"""Items whose candidates may stand in for artists' drawings of other shapes."""
+"""Items whose drawings may stand in for artists' drawings of other shapes."""
 
 
 @dataclass(frozen=True)

@@ -116,7 +116,7 @@ class DrawingOrder:
         self._asked: dict[object, tuple[list[int], int]] = {}
 
     def order(self, identity: object) -> list[int]:
-        """Candidate indices 0..7 in the order to show."""
+        """Drawings 0..7 in the order to show."""
         row, times = self._asked.get(identity) or (self._rng.permutation(DRAWINGS).tolist(), 0)
         if times == DRAWINGS:
             row, times = self._rng.permutation(DRAWINGS).tolist(), 0

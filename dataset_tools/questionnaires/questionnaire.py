@@ -60,7 +60,7 @@ class Question:
         field: Name of the answer's form field ("q01").
         item: The view that the question shows; None where a key doesn't tell (sentinels).
         sentinel: Whether it checks the participant instead of asking about the item.
-        options: Answer value -> candidate index 0..7, in the order shown. In a sentinel 0 is the artist's drawing of
+        options: Answer value -> drawing 0..7, in the order shown. In a sentinel 0 is the artist's drawing of
             the shape, 1..7 are drawings of others.
         twins: Which of the item's drawings are the same picture.
     """
@@ -86,7 +86,7 @@ class Question:
         return 0 if value == NONE else list(self.options).index(value) + 1
 
     def choice(self, value: str) -> int | None:
-        """The candidate index that an answer means: -1 for "none of these", None if it is no answer here."""
+        """The drawing 0..7 that an answer means: -1 for "none of these", None if it is no answer here."""
         return -1 if value == NONE else self.options.get(value)
 
 

@@ -79,12 +79,12 @@ class SentinelPool:
     """The sentinels to draw from, and the drawings that stand beside the right ones.
 
     Nothing on a page may tell a sentinel, so within a questionnaire no drawing occurs twice while there are others:
-    not as the answer of one sentinel and a stand-in in the next, nor as a stand-in and a candidate in a question
+    not as the answer of one sentinel and a stand-in in the next, nor as a stand-in and a drawing to vote on in a question
     about its item.
 
     Args:
         artists: Artists' drawings: the right answers, and the first choice for the others.
-        candidates: Candidate drawings, which stand in where artists' drawings don't suffice.
+        stand_ins: Drawings of other items, which stand in where artists' drawings don't suffice.
         size: Sentinels in the pool, fewer where fewer views have an artist's drawing.
         rng: Source of the choices.
 
@@ -93,16 +93,16 @@ class SentinelPool:
     """
 
     def __init__(
-        self, artists: Sequence[Drawing], candidates: Sequence[Drawing], size: int, rng: np.random.Generator
+        self, artists: Sequence[Drawing], stand_ins: Sequence[Drawing], size: int, rng: np.random.Generator
     ) -> None:
-        shapes = {drawing.item.shape for drawing in (*artists, *candidates)}
+        shapes = {drawing.item.shape for drawing in (*artists, *stand_ins)}
         if len(shapes) < 2:
             found = f"drawings of {len(shapes)} shape" + ("" if len(shapes) == 1 else "s")
             wanted = "two shapes or more, for sentinels show drawings of other shapes, or a scheme with no sentinels"
             raise InputError("sentinels", found, wanted)
         self._rng = rng
         self._answers = _one_an_item(artists, size, rng)
-        self._artists, self._candidates = list(artists), list(candidates)
+        self._artists, self._stand_ins = list(artists), list(stand_ins)
 
     def __len__(self) -> int:
         return len(self._answers)
@@ -125,7 +125,7 @@ class SentinelPool:
         """Seven drawings of other shapes, each of another shape where there are as many."""
         shown: Counter[str] = Counter()
         chosen: list[Drawing] = []
-        pool = [(d, rank) for rank, ds in enumerate((self._artists, self._candidates)) for d in ds]
+        pool = [(d, rank) for rank, ds in enumerate((self._artists, self._stand_ins)) for d in ds]
         pool = [(d, rank) for d, rank in pool if d.item.shape != answer.item.shape]
         order = self._rng.permutation(len(pool))
         while len(chosen) < DRAWINGS - 1:

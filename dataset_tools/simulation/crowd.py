@@ -86,7 +86,7 @@ def simulate_batch(
 
 
 def sample_distances(data_dir: Path, count: int, seed: int, advance: Callable[[], None] = lambda: None) -> Floats:
-    """(items, artists, 8) distances of candidates from simulated artists' drawings, for up to `count` items.
+    """(items, artists, 8) distances of an item's drawings from simulated artists' drawings, for up to `count` items.
 
     Raises:
         InputError: A file of the data folder can't be read.

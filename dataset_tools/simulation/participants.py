@@ -57,7 +57,7 @@ class Crowd:
 
 
 class Distances:
-    """How far each candidate of an item is from each artist's drawing, computed when first asked for.
+    """How far each of an item's drawings is from each artist's, computed when first asked for.
 
     Args:
         data: The data folder.
@@ -71,14 +71,14 @@ class Distances:
     def __call__(self, item: Item) -> Floats:
         """(artists, 8) symmetric Chamfer distances, in shares of the picture's side."""
         if item not in self._known:
-            candidates = [1.0 - read_grey(path) for path in self._data.drawing_paths(item)]
-            self._known[item] = distances_between(self._drawings.inks(item), candidates)
+            drawings = [1.0 - read_grey(path) for path in self._data.drawing_paths(item)]
+            self._known[item] = distances_between(self._drawings.inks(item), drawings)
         return self._known[item]
 
 
-def distances_between(drawn: Iterable[Image], candidates: Iterable[Image]) -> Floats:
-    """(drawn, candidates) symmetric Chamfer distances between drawings, in shares of the picture's shorter side."""
-    rows, columns = ([_Seen.of(ink) for ink in inks] for inks in (drawn, candidates))
+def distances_between(drawn: Iterable[Image], others: Iterable[Image]) -> Floats:
+    """(drawn, others) symmetric Chamfer distances between drawings, in shares of the picture's shorter side."""
+    rows, columns = ([_Seen.of(ink) for ink in inks] for inks in (drawn, others))
     return np.array([[a.distance(b) for b in columns] for a in rows])
 
 
