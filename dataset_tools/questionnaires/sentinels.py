@@ -79,8 +79,8 @@ class SentinelPool:
     """The sentinels to draw from, and the drawings that stand beside the right ones.
 
     Nothing on a page may tell a sentinel, so within a questionnaire no drawing occurs twice while there are others:
-    not as the answer of one sentinel and a stand-in in the next, nor as a stand-in and a drawing to vote on in a question
-    about its item.
+    not as the answer of one sentinel and a stand-in in the next, nor as a stand-in and a drawing to vote on in a
+    question about its item.
 
     Args:
         artists: Artists' drawings: the right answers, and the first choice for the others.
