@@ -13,6 +13,11 @@ settings.load_profile("unhurried")
 SHARED = Path(__file__).resolve().parents[2] / "shared"
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """An option to draw the stored drawings anew."""
+    parser.addoption("--update-golden", action="store_true", help="Write the drawings in tests/golden anew.")
+
+
 @pytest.fixture(scope="session")
 def shared() -> Path:
     """The folder of reference numbers and real meshes beside the project; tests that need it skip without it."""

@@ -111,8 +111,8 @@ def export(
     data, item = DataFolder.of_view(view)
     files = exchanged(data.open_view(item, size_of(size))).files()
     output.mkdir(parents=True, exist_ok=True)
-    for name, data in files.items():
-        write_bytes(output / name, data)
+    for name, content in files.items():
+        write_bytes(output / name, content)
     emit({"files": sorted(files), "folder": str(output)}, as_json, f"{len(files)} files in {output}")
 
 

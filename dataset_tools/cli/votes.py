@@ -42,16 +42,17 @@ def aggregate(
     as_json: options.AsJson = False,
 ) -> None:
     """Turn votes into ranking pairs: reliable participants, consensus, shapes held out."""
-    from dataset_tools.votes.consensus import Rules, write_pairs
+    from dataset_tools.votes.consensus import Rules
     from dataset_tools.votes.consensus import aggregate as find_consensus
     from dataset_tools.votes.votes import read_votes
+    from ncmodel.data.pairs import write_pairs
 
     shapes = tuple(name.strip() for name in validation_shapes.split(",") if name.strip())
     rules = Rules(cast("Method", method), least, posterior, unreliable_too, strict, held_out, shapes, seed)
     found = find_consensus(read_votes(votes), rules)
     if not found.verdicts:
         raise InputError(votes, "no vote on any item", "votes that `ncontours crowd ingest` wrote")
-    write_pairs(output, found)
+    write_pairs(output, found.pairs())
     summary = found.summary()
     text = "{reliable} of {participants} participants reliable, {accepted} of {items} items accepted, {pairs} pairs"
     emit(summary, as_json, text.format(**summary) + f" in {output}")
@@ -69,7 +70,7 @@ def audit(
     from dataset_tools.votes.consensus import Rules
     from dataset_tools.votes.votes import read_votes
 
-    found = look_into(list(read_votes(votes)), Rules())
+    found = look_into(read_votes(votes), Rules())
     write_audit(found, output, data)
     summary = found.summary()
     alpha = "not defined" if found.alpha is None else f"{found.alpha:.2f}"

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import pandas as pd
 
 from dataset_tools.questionnaires.counterbalancing import DrawingOrder, QuestionOrder, assign_items
 from dataset_tools.questionnaires.questionnaire import Key, Question, Questionnaire, Scheme, Tokens, field_name
@@ -26,7 +27,7 @@ from dataset_tools.votes.consensus import Rules, aggregate
 from dataset_tools.votes.reliability import Participant as Assessed
 from dataset_tools.votes.reliability import assess
 from dataset_tools.votes.results_csv import Answered
-from dataset_tools.votes.votes import Vote, votes_of
+from dataset_tools.votes.votes import Vote, to_frame, votes_of
 from ncmodel.data.item import DRAWINGS, Item
 from ncmodel.errors import ArgumentError
 from ncmodel.types import Floats
@@ -154,7 +155,7 @@ def run_trial(known: Floats, crowd: Crowd, participants: int, adversaries: int, 
         honest = attentive(crowd, study.distances, int(rng.integers(study.artists)))
         people.append(Participant(f"adversary-{number:04d}", kind, behaviours(honest, study.distances)[kind]))
     order = rng.permutation(len(people))
-    votes = list(_votes(study, [people[i] for i in order], rng))
+    votes = to_frame(_votes(study, [people[i] for i in order], rng))
     return _outcome(study, votes, {person.name: person.kind for person in people})
 
 
@@ -187,7 +188,7 @@ def _as_votes(answered: AnsweredQuestionnaire, number: int) -> Iterator[Vote]:
     return (vote for vote in votes_of(received, questionnaire) if isinstance(vote, Vote))
 
 
-def _outcome(study: SimulatedStudy, votes: Sequence[Vote], kinds: Mapping[str, str]) -> Trial:
+def _outcome(study: SimulatedStudy, votes: pd.DataFrame, kinds: Mapping[str, str]) -> Trial:
     def kind_of(worker: str) -> str:
         return kinds.get(worker, "copy by a second account")
 
@@ -204,7 +205,7 @@ def _outcome(study: SimulatedStudy, votes: Sequence[Vote], kinds: Mapping[str, s
         if total[kind]
     ]
     everybody = {worker: replace(person, reasons=()) for worker, person in usual.items()}
-    in_earnest = [vote for vote in votes if kind_of(vote.worker) in HONEST]
+    in_earnest = votes[votes["worker"].map(kind_of).isin(HONEST)]
     earnest = {worker: person for worker, person in everybody.items() if kind_of(worker) in HONEST}
     judged = [
         _judge("only those who look", study, in_earnest, Rules(unreliable_too=True), earnest, kind_of),
@@ -220,7 +221,7 @@ def _outcome(study: SimulatedStudy, votes: Sequence[Vote], kinds: Mapping[str, s
 def _judge(
     name: str,
     study: SimulatedStudy,
-    votes: Sequence[Vote],
+    votes: pd.DataFrame,
     rules: Rules,
     people: Mapping[str, Assessed],
     kind_of: Callable[[str], str],

@@ -13,7 +13,7 @@ from dataset_tools.questionnaires.questionnaire import Key
 from dataset_tools.site.database import Policy, State
 from dataset_tools.site.security import MAX_BODY
 from dataset_tools.votes.ingest import ingest_results, workers_of
-from dataset_tools.votes.votes import read_votes
+from tests.helpers.crowd_data import vote_rows
 from tests.helpers.site_client import answer, app, asked, begin, page_secret, right_answers
 
 
@@ -38,7 +38,7 @@ def test_a_participant_from_consent_to_completion_code(site: Starlette, key: Key
     assert "C0DE" in done
     assert "https://app.prolific.com/submissions/complete?cc=C0DE" in done
     ingested = ingest_results(batch, [tmp_path / "votes.sqlite"], tmp_path / "votes.csv")
-    votes = list(read_votes(tmp_path / "votes.csv"))
+    votes = vote_rows(tmp_path / "votes.csv")
     assert (ingested.assignments, len(votes)) == (1, 5)
     assert {(v.worker, v.source) for v in votes} == {("anna1", "site")}
     assert all(v.passed for v in votes if v.sentinel)

@@ -180,24 +180,30 @@ def test_any_size(size: tuple[int, int], suffix: str, torus: Mesh, tmp_path: Pat
         assert image.min() == 0 if min(size) > 2 else image.min() < 255
 
 
+OUTLINES = {"contours", "apparent"}
+
+
 @pytest.mark.parametrize(
-    "camera",
+    ("camera", "families"),
     [
-        Camera((0.355, 0.0, 0.0), (0.36, 0.1, 0.3)),  # inside the tube
-        Camera((0.5, 0.0, 0.0), (0.0, 0.0, 0.0)),  # on a vertex
-        Camera((0.0, 5.0, 0.0)),  # along the axis and `up`
-        Camera((1e6, 1e6, 1e6), focal_pixels=1e9),
-        Camera((0.0, 0.0, 3.0), (0.0, 0.0, 9.0)),  # looks away
-        Camera((0.0, 0.0, 3.0), focal_pixels=1e-3),
-        Camera((0.0, 0.0, 3.0), focal_pixels=1e9),
+        (Camera((0.355, 0.0, 0.0), (0.36, 0.1, 0.3)), set()),  # inside the tube, where all faces turn away
+        (Camera((0.5, 0.0, 0.0), (0.0, 0.0, 0.0)), set()),  # on a vertex, and looks into the tube
+        (Camera((0.0, 5.0, 0.0)), OUTLINES),  # along the axis and `up`
+        (Camera((1e6, 1e6, 1e6), focal_pixels=1e9), OUTLINES | {"suggestive"}),
+        (Camera((0.0, 0.0, 3.0), (0.0, 0.0, 9.0)), set()),  # looks away
+        (Camera((0.0, 0.0, 3.0), focal_pixels=1e-3), set()),  # all of the torus is a speck
+        (Camera((0.0, 0.0, 3.0), focal_pixels=1e9), set()),  # sees a spot without lines
     ],
 )
-def test_any_eye(camera: Camera, torus: Mesh) -> None:
+def test_any_eye(camera: Camera, families: set[str], torus: Mesh) -> None:
     drawing = draw(torus, camera, list(LineFamily))
+    assert {stroke.family for stroke in drawing.strokes} == families
     for stroke in drawing.strokes:
         assert np.isfinite(stroke.points).all()
         assert ((stroke.alpha >= 0) & (stroke.alpha <= 1)).all()
-    assert np.isfinite(drawing.ink()).all()
+    ink = drawing.ink()
+    assert np.isfinite(ink).all()
+    assert (ink.sum() > 1000) == bool(families)
 
 
 @pytest.mark.parametrize(
