@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from dataset_tools.build.worker_process import Apart
 from dataset_tools.build.build import build_dataset
 from dataset_tools.candidates.candidates import draw_candidates
-from dataset_tools.candidates.chamfer_matrix import chamfer_matrix, distance_field
+from ncmodel.chamfer import chamfer_matrix, distance_to
 from dataset_tools.build.runners import runner_for
 from ncmodel.mesh.ply import ply_bytes
 from dataset_tools.build.config import BuildConfig
@@ -169,7 +169,7 @@ def by_product(masks: Mask) -> Floats:
     """A distance transform a drawing, all sums as one matrix product over the inked pixels. Drawings aren't empty."""
     inked = masks.any(axis=0)
     ink = masks[:, inked].astype(np.float32)
-    fields = np.stack([distance_field(mask)[inked] for mask in masks])
+    fields = np.stack([distance_to(mask)[inked] for mask in masks])
     mean = (fields @ ink.T) / ink.sum(axis=1)
     return np.asarray((mean + mean.T) / 2, dtype=np.float64)
 
@@ -177,7 +177,7 @@ def by_product(masks: Mask) -> Floats:
 def by_gathering(masks: Mask) -> Floats:
     """A distance transform a drawing, its values gathered at every other drawing's pixels."""
     pixels = [np.flatnonzero(mask) for mask in masks]
-    mean = np.array([[field[at].mean() for at in pixels] for field in (distance_field(m).ravel() for m in masks)])
+    mean = np.array([[field[at].mean() for at in pixels] for field in (distance_to(m).ravel() for m in masks)])
     return np.asarray((mean + mean.T) / 2, dtype=np.float64)
 
 

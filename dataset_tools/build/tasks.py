@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from dataset_tools.candidates.candidates import draw_candidates
-from dataset_tools.candidates.chamfer_matrix import chamfer_matrix
+from ncmodel.chamfer import chamfer_matrix
 from dataset_tools.cleaning.repair import CleanSettings, clean_file
 from dataset_tools.cleaning.shape_distance import invariants
 from ncmodel.mesh.ply import ply_bytes

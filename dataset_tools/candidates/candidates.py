@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ncmodel.camera import DEFAULT_SIZE, Camera
+from ncmodel.chamfer import distance_to
 from ncmodel.drawing.thresholding import fade
-from ncmodel.export.distance_transform import distance_to
 from ncmodel.export.rasterize import draw_segments
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed

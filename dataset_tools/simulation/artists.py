@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 
 from dataset_tools.build.items import view_folder
-from dataset_tools.candidates.chamfer_matrix import distance_field
 from ncmodel.camera import Camera
+from ncmodel.chamfer import distance_to
 from ncmodel.data.item import Item
 from ncmodel.export.rasterize import draw_segments
 from ncmodel.images import from_ink, read_grey, write_png
@@ -161,7 +161,7 @@ class Sketch:
         lines = lines.take(lines.strength > faintest)
         if not len(lines.points):
             return lines
-        away = distance_field(self.ink >= 0.5)
+        away = distance_to(self.ink >= 0.5)
         middle = lines.points.mean(axis=1)
         columns = np.clip(middle[:, 0].astype(np.intp), 0, self._shape[1] - 1)
         rows = np.clip(middle[:, 1].astype(np.intp), 0, self._shape[0] - 1)

@@ -4,9 +4,10 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 
-from eval.measures.metrics import Lines, Measures, compare_lines, mean_measures
+from eval.measures.metrics import Measures, compare_lines, mean_measures
 from eval.measures.references import most_consistent
 from eval.measures.thinning import DEFAULT_THRESHOLD, silhouette_band, thin_lines
+from ncmodel.chamfer import Lines
 from ncmodel.errors import UsageError
 from ncmodel.types import Image, Mask
 
