@@ -10,16 +10,17 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from scipy.spatial import cKDTree
 
-from dataset_tools.build.worker_process import Apart
 from dataset_tools.build.build import build_dataset
-from dataset_tools.candidates.candidates import draw_candidates
-from ncmodel.chamfer import chamfer_matrix, distance_to
-from dataset_tools.build.runners import runner_for
-from ncmodel.mesh.ply import ply_bytes
 from dataset_tools.build.config import BuildConfig
 from dataset_tools.build.mesh_files import find_sources
-from dataset_tools.candidates.viewpoints import camera_at, choose_azimuths
+from dataset_tools.build.runners import runner_for
 from dataset_tools.build.tasks import view_files
+from dataset_tools.build.worker_process import WorkerProcess
+from dataset_tools.candidates.candidates import draw_candidates
+from dataset_tools.candidates.viewpoints import camera_at, choose_azimuths
+from ncmodel.chamfer import chamfer_matrix, distance_to
+from ncmodel.mesh.ply import ply_bytes
+from ncmodel.processes import peak_memory
 from ncmodel.report.part import Part
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
@@ -91,11 +92,11 @@ class DistanceCost:
 def measure_view(mesh: Mesh, config: BuildConfig | None = None) -> ViewCost:
     """Make a view's files in memory, in a process of its own with one thread, once to warm it up."""
     config = config or BuildConfig()
-    apart = Apart()
+    worker = WorkerProcess()
     try:
-        return apart.call(_fastest_view, (mesh, config), config.limits.making(REPEATS + 1))
+        return worker.call(_fastest_view, (mesh, config), config.limits.making(REPEATS + 1))
     finally:
-        apart.close()
+        worker.close()
 
 
 def _fastest_view(task: tuple[Mesh, BuildConfig]) -> ViewCost:
@@ -108,13 +109,7 @@ def _view_cost(mesh: Mesh, config: BuildConfig) -> ViewCost:
     files = view_files(surface, 0, config)
     seconds = time.process_time() - begin
     size = sum(len(data) for data in files.values())
-    return ViewCost(len(mesh.faces), seconds, surface.trace.seconds(), size, _peak_bytes())
-
-
-def _peak_bytes() -> int:
-    """Largest resident memory of this process so far; unlike rusage's, without that of the one it was started from."""
-    status = Path("/proc/self/status").read_text(encoding="ascii")
-    return int(status.split("VmHWM:")[1].split()[0]) * 1024
+    return ViewCost(len(mesh.faces), seconds, surface.trace.seconds(), size, peak_memory())
 
 
 def measure_builds(
