@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import chdtrc
 
 from dataset_tools.votes.votes import Vote
 from ncmodel.data.item import DRAWINGS, Item
@@ -58,15 +57,11 @@ class PositionBias:
 
 def position_bias(votes: Sequence[Vote]) -> PositionBias:
     """Whether participants favour positions; the drawings' order is random, so they shouldn't."""
+    from scipy.stats import chisquare
+
     found = Counter(vote.position for vote in votes if vote.position)
     counts = tuple(found[place] for place in range(1, DRAWINGS + 1))
-    return PositionBias(counts, p_value_of_evenness(counts) if sum(counts) else None)
-
-
-def p_value_of_evenness(counts: Sequence[int]) -> float:
-    """P value of the chi-square test that all counts come from one frequency; they mustn't all be 0."""
-    expected = sum(counts) / len(counts)
-    return float(chdtrc(len(counts) - 1, sum((count - expected) ** 2 for count in counts) / expected))
+    return PositionBias(counts, float(chisquare(counts).pvalue) if sum(counts) else None)
 
 
 def agreeing_share(votes: Sequence[Vote]) -> dict[str, tuple[int, int]]:

@@ -10,7 +10,7 @@ from statistics import median
 
 from scipy.special import bdtr, bdtrc
 
-from dataset_tools.votes.agreement import agreeing_share, p_value_of_evenness
+from dataset_tools.votes.agreement import agreeing_share
 from dataset_tools.votes.votes import Vote
 from ncmodel.data.item import DRAWINGS
 
@@ -50,6 +50,8 @@ def flags(votes: Sequence[Vote]) -> dict[str, tuple[str, ...]]:
 
 def _positions(votes: Sequence[Vote]) -> list[str]:
     """Always the same answer, or positions in a pattern."""
+    from scipy.stats import chisquare
+
     shown = [vote.position for vote in sorted(votes, key=_order) if vote.position is not None]
     if len(shown) < LEAST_VOTES:
         return []
@@ -61,7 +63,7 @@ def _positions(votes: Sequence[Vote]) -> list[str]:
     if step and bdtrc(times - 1, len(shown) - 1, 1 / DRAWINGS) < LEAST_LIKELY / DRAWINGS:
         return [f"positions in steps of {step}"]
     counts = [shown.count(position) for position in range(1, DRAWINGS + 1)]
-    uneven = sum(counts) >= LEAST_VOTES and p_value_of_evenness(counts) < LEAST_LIKELY
+    uneven = sum(counts) >= LEAST_VOTES and chisquare(counts).pvalue < LEAST_LIKELY
     return ["favours some positions"] if uneven else []
 
 
