@@ -61,7 +61,8 @@ def clean_text(report: CleanReport) -> str:
 def levels_text(study: LevelStudy) -> str:
     """Measured levels for people."""
     head = [["family", "threshold", *(f"{percentile}th" for percentile in PERCENTILES)]]
-    rows = [[kept.family, f"{kept.level:g}", *(f"{share:.2f}" for share in kept.shares)] for kept in study.kept]
+    nothing = ["-"] * len(PERCENTILES)
+    rows = [[kept.family, f"{kept.level:g}", *([f"{s:.2f}" for s in kept.shares] or nothing)] for kept in study.kept]
     return "\n".join(
         [
             f"share of visible length kept on {study.views} views, its percentiles",
