@@ -7,7 +7,7 @@ from typing import Any
 
 from dataset_tools.build.build import Summary
 from dataset_tools.build.store import ViewStatus
-from dataset_tools.build.threshold_study import PERCENTILES, LevelStudy
+from dataset_tools.build.threshold_study import PERCENTILES, ThresholdStudy
 from dataset_tools.cleaning.repair import CleanReport
 from ncmodel.report.text import text_table
 
@@ -58,8 +58,8 @@ def clean_text(report: CleanReport) -> str:
     return "\n".join([*lines, f"left: {', '.join(still) if still else 'no fault'}"])
 
 
-def levels_text(study: LevelStudy) -> str:
-    """Measured levels for people."""
+def thresholds_text(study: ThresholdStudy) -> str:
+    """Measured thresholds for people."""
     head = [["family", "threshold", *(f"{percentile}th" for percentile in PERCENTILES)]]
     nothing = ["-"] * len(PERCENTILES)
     rows = [[kept.family, f"{kept.level:g}", *([f"{s:.2f}" for s in kept.shares] or nothing)] for kept in study.kept]

@@ -1,4 +1,4 @@
-"""What the candidates' levels do on real views: how much of the lines each one keeps, how many drawings differ."""
+"""What the candidates' thresholds do on real views: how much of the lines each one keeps, how many drawings differ."""
 
 import json
 from collections.abc import Iterable, Sequence
@@ -15,14 +15,14 @@ from ncmodel.config import read_config
 from ncmodel.errors import InputError
 from ncmodel.drawing.thresholding import fade
 from ncmodel.scene.view import View
-from ncmodel.types import Floats, LineFamily
+from ncmodel.types import Floats, LineFamily, Threshold
 
 PERCENTILES = (10, 50, 90)
 
 
 @dataclass(frozen=True)
 class Kept:
-    """The share of a family's visible length that a level keeps, over many views.
+    """The share of a family's visible length that a threshold keeps, over many views.
 
     Attributes:
         family: The family.
@@ -36,12 +36,12 @@ class Kept:
 
 
 @dataclass(frozen=True)
-class LevelStudy:
-    """Levels measured on the views of a data folder.
+class ThresholdStudy:
+    """The thresholds measured on the views of a data folder.
 
     Attributes:
         views: How many.
-        kept: One entry a family and level.
+        kept: One entry a family and threshold.
         distinct: Percentiles of the number of different ones among the 256 drawings of lines of a view.
     """
 
@@ -50,8 +50,8 @@ class LevelStudy:
     distinct: tuple[float, ...]
 
 
-def study_levels(data_dir: str | Path) -> LevelStudy:
-    """Measure the levels that a data folder was built with on its views.
+def study_thresholds(data_dir: str | Path) -> ThresholdStudy:
+    """Measure the thresholds that a data folder was built with on its views.
 
     Raises:
         InputError: It has no view.
@@ -60,14 +60,14 @@ def study_levels(data_dir: str | Path) -> LevelStudy:
     folders = sorted(path for path in (store.root / "views").glob("*") if path.is_dir())
     if not folders:
         raise InputError(data_dir, "no view in it", "a folder with views that are done")
-    levels = read_config(BuildConfig, store.config_path).levels
+    thresholds = read_config(BuildConfig, store.config_path).levels
     steps = [
-        (family, level) for name, families in FILTERS.items() for family in families for level in getattr(levels, name)
+        (family, value) for name, families in FILTERS.items() for family in families for value in getattr(thresholds, name)
     ]
     shares = np.array([_shares(load_view(folder), steps) for folder in folders])
     kept = tuple(Kept(*step, _percentiles(shares[:, i])) for i, step in enumerate(steps))
     distinct = [different_drawings(folder) for folder in folders]
-    return LevelStudy(len(folders), kept, _percentiles(distinct))
+    return ThresholdStudy(len(folders), kept, _percentiles(distinct))
 
 
 def different_drawings(folder: Path) -> int:
@@ -79,12 +79,12 @@ def different_drawings(folder: Path) -> int:
 
 
 def _shares(view: View, steps: Sequence[tuple[LineFamily, float]]) -> list[float]:
-    """Share of the visible length left at each level; NaN where a view has no such line."""
+    """Share of the visible length left at each threshold; NaN where a view has no such line."""
     result = []
-    for family, level in steps:
+    for family, threshold in steps:
         lines = view.visible(family)
         total = _length(lines.points)
-        result.append(_length(fade(lines, level).points) / total if total > 0 else float("nan"))
+        result.append(_length(fade(lines, Threshold(threshold)).points) / total if total > 0 else float("nan"))
     return result
 
 
