@@ -43,7 +43,7 @@ def status_text(rows: Sequence[ViewStatus]) -> str:
     counts = ", ".join(f"{number} {status}" for status, number in _counts(rows).items())
     problems = [row for row in rows if row.status in ("failed", "damaged")]
     lines = [f"{len(rows)} views: {counts}"]
-    lines += [f"  {row.shape}_{row.view}: {row.status}: {row.reason}" for row in problems[:SHOWN]]
+    lines += [f"  {row.item.name}: {row.status}: {row.reason}" for row in problems[:SHOWN]]
     if len(problems) > SHOWN:
         lines.append(f"  and {len(problems) - SHOWN} more")
     return "\n".join(lines)
@@ -62,7 +62,9 @@ def thresholds_text(study: ThresholdStudy) -> str:
     """Measured thresholds for people."""
     head = [["family", "threshold", *(f"{percentile}th" for percentile in PERCENTILES)]]
     nothing = ["-"] * len(PERCENTILES)
-    rows = [[kept.family, f"{kept.level:g}", *([f"{s:.2f}" for s in kept.shares] or nothing)] for kept in study.kept]
+    rows = [
+        [kept.family, f"{kept.threshold:g}", *([f"{s:.2f}" for s in kept.shares] or nothing)] for kept in study.kept
+    ]
     return "\n".join(
         [
             f"share of visible length kept on {study.views} views, its percentiles",
