@@ -25,7 +25,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from dataset_tools.cleaning.diagnostics import Faults, diagnose, sliver_faces
 from dataset_tools.cleaning.exterior_visibility import exposure
@@ -187,8 +186,7 @@ class _Repair:
     def weld_and_drop(self) -> None:
         """Merge near vertices, then drop slivers and repeated faces."""
         before = len(self.vertices)
-        vertices, faces = weld(self.vertices, self.faces)
-        self.vertices, self.faces = _merge_close(vertices, faces, self.settings.weld)
+        self.vertices, self.faces = weld(self.vertices, self.faces, self.settings.weld)
         self.note("coincident vertices welded", before - len(self.vertices))
         self._drop_faces()
 
@@ -249,7 +247,7 @@ class _Repair:
         self.faces = self.faces[~slivers]
         self.note("degenerate faces dropped", int(slivers.sum()))
         before = len(self.faces)
-        self.faces = _without_repeats(self.vertices, self.faces)
+        self.faces = _without_repeats(self.faces)
         self.note("repeated faces dropped", before - len(self.faces))
 
 
@@ -277,36 +275,10 @@ def _placed(vertices: Floats, faces: Ints, label: str | Path) -> tuple[Floats, I
     return normalise(vertices, used), faces
 
 
-def _merge_close(vertices: Floats, faces: Ints, tolerance: float) -> tuple[Floats, Ints]:
-    if not cKDTree(vertices).query_pairs(tolerance, output_type="ndarray").size:
-        return vertices, faces
-    import pymeshlab
-
-    meshes = _meshlab(vertices, faces)
-    meshes.meshing_merge_close_vertices(threshold=pymeshlab.PureValue(tolerance))
-    return _from_meshlab(meshes)
-
-
-def _without_repeats(vertices: Floats, faces: Ints) -> Ints:
-    if len(np.unique(np.sort(faces, axis=1), axis=0)) == len(faces):
-        return faces
-    meshes = _meshlab(vertices, faces)
-    meshes.meshing_remove_duplicate_faces()
-    return _from_meshlab(meshes)[1]
-
-
-def _meshlab(vertices: Floats, faces: Ints) -> Any:
-    # Loading pymeshlab takes a graphics library with it, which drawing a clean mesh should not need.
-    import pymeshlab
-
-    meshes = pymeshlab.MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
-    return meshes
-
-
-def _from_meshlab(meshes: Any) -> tuple[Floats, Ints]:
-    mesh = meshes.current_mesh()
-    return np.ascontiguousarray(mesh.vertex_matrix()), mesh.face_matrix().astype(np.int64)
+def _without_repeats(faces: Ints) -> Ints:
+    """The first of each set of faces with the same corners, in the old order."""
+    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    return faces[np.sort(first)]
 
 
 def _with_neighbours(sides: HalfEdges, seen: Floats) -> Floats:
