@@ -7,6 +7,9 @@ import numpy as np
 
 from ncmodel.types import Floats, Stroke
 
+BRANCHES = 4
+"""Entries in a node of the tree of ends: the fewer, the quicker one is taken out."""
+
 
 def pen_order(strokes: Sequence[Stroke]) -> tuple[Stroke, ...]:
     """The strokes in an order, and each in a direction, that keeps the pen's way in the air short.
@@ -22,11 +25,14 @@ def pen_order(strokes: Sequence[Stroke]) -> tuple[Stroke, ...]:
 
 
 def _nearest_next(ends: Floats) -> list[tuple[int, bool]]:
-    """Greedy tour over strokes with ends (N, 2, 2), from the origin: which is next, and whether it is drawn backwards."""
-    from rtree.index import Index
+    """Greedy tour from the origin over strokes with ends (N, 2, 2): which is next, and whether backwards."""
+    from rtree.index import Index, Property
 
     points = ends.reshape(-1, 2).tolist()
-    tree = Index((number, (x, y, x, y), None) for number, (x, y) in enumerate(points))
+    tree = Index(
+        ((number, (x, y, x, y), None) for number, (x, y) in enumerate(points)),
+        properties=Property(leaf_capacity=BRANCHES, index_capacity=BRANCHES),
+    )
     tour: list[tuple[int, bool]] = []
     x, y = 0.0, 0.0
     for _ in range(len(ends)):

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from ncmodel.camera import Camera
 from ncmodel.drawing.strokes import ALPHA_TOLERANCE, strokes
 from ncmodel.lines.chaining import Chains, chain, connected
-from ncmodel.mesh.weld import weld_points
+from ncmodel.mesh.weld import coincident, rounding
 from ncmodel.types import Floats, Ints, LineFamily, Segments, Stroke
 
 CAMERA = Camera((0.0, 0.0, 3.0), focal_pixels=300.0)
@@ -68,7 +68,7 @@ def test_points_on_grid_lines_are_matched_all_the_same() -> None:
     exact = rng.integers(0, 2**20, (2000, 3)) * 2.0**-20
     exact[:2] = [[0, 0, 0], [1, 1, 1]]
     pair = np.concatenate([exact, np.clip(exact + rng.uniform(-1e-12, 1e-12, exact.shape), 0, 1)])
-    number = weld_points(pair)
+    number = coincident(pair, rounding(pair))
     np.testing.assert_array_equal(number[:2000], number[2000:])
     assert len(np.unique(number)) > 1990
 
