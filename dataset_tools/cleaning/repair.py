@@ -157,7 +157,7 @@ def clean(
     seen = exposure(work.vertices, work.faces)
     seen, patches = work.join(seen)
     _check_surface(work.vertices, work.faces, patches, label)
-    work.turn_outwards(seen, patches)
+    work.show_fronts(seen, patches)
     stray = _stray(work.vertices, work.faces)
     work.remove_faces(stray, "stray triangles removed")
     if settings.remove_hidden:
@@ -217,8 +217,12 @@ class _Repair:
         self.note("vertices split where faces don't form a surface", len(self.vertices) - before)
         return seen[origin], patches
 
-    def turn_outwards(self, seen: Floats, patches: Patches) -> None:
-        """Wind each patch consistently, its front on the side that is seen more."""
+    def show_fronts(self, seen: Floats, patches: Patches) -> None:
+        """Wind each patch consistently, its front on the side that is seen more.
+
+        `ncmodel.scene.orientation.turn_outwards` decides by volumes, without a ray, since a drawing can't wait for
+        them; sheets have none. Of cessna, made of sheets, it leaves 45 % of the area with the back seen more, this 0.1.
+        """
         turned = patches.flipped ^ _inward(self.vertices, self.faces, seen, patches)[patches.label]
         self.faces = np.where(turned[:, None], self.faces[:, [0, 2, 1]], self.faces)
         self.note("faces turned to face outwards", int(turned.sum()))

@@ -3,24 +3,24 @@
 import json
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from dataset_tools.build.items import list_items
-from dataset_tools.simulation.artists import ArtistDrawings, crowd_artists, open_view
+from dataset_tools.simulation.artists import ArtistDrawings, crowd_artists
 from eval.baselines import canny, grid, rtsc
 from eval.measures.evaluation import Settings, Target
 from ncmodel.cli.common import progress
+from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
-from ncmodel.drawing.thresholding import fade
+from ncmodel.data.pairs import read_pairs, write_pairs
+from ncmodel.drawing.plan import Plan
 from ncmodel.errors import InputError
-from ncmodel.export.rasterize import draw_segments
 from ncmodel.files import write_text
 from ncmodel.images import from_ink, write_png
-from ncmodel.model.maps import line_width
-from ncmodel.model.predictor import Choice, Model, Variant, load_model
+from ncmodel.model.predictor import Model, Variant, load_model
 from ncmodel.scene.view import View
 from ncmodel.types import FILTERED_FAMILIES, Image
 
@@ -41,31 +41,30 @@ def split_for_training(pairs: Path, held_out: Sequence[str], output: Path) -> No
 
     The choice of the best epoch looks at validation pairs, so these can't be the ones that the result is measured on.
     """
-    records = [json.loads(line) for line in pairs.read_text(encoding="utf-8").splitlines()]
-    kept = [record for record in records if record["shape"] not in held_out]
-    shapes = sorted({record["shape"] for record in kept})
+    kept = [pair for pair in read_pairs(pairs) if pair.item.shape not in held_out]
+    shapes = sorted({pair.item.shape for pair in kept})
     watching = set(shapes[VALIDATION_SHARE // 2 :: VALIDATION_SHARE])
-    for record in kept:
-        record["split"] = "validation" if record["shape"] in watching else "train"
-    write_text(output, "".join(json.dumps(record) + "\n" for record in kept))
+    write_pairs(
+        output, (replace(pair, split="validation" if pair.item.shape in watching else "train") for pair in kept)
+    )
 
 
 def draw_held_out(out: Path, held_out: Sequence[str], effort: str) -> None:
     """Draw the held-out views by every method, beside the simulated artists' drawings, under `out`/held-out."""
-    data, folder = out / "data", out / "held-out"
-    items = list_items(data)
+    data, folder = DataFolder(out / "data"), out / "held-out"
+    items = data.items()
     artists = ArtistDrawings(data, crowd_artists())
     mine = [item for item in items if item.shape in held_out]
     if not mine:
-        raise InputError(data, "no view of a held-out shape", f"views of {', '.join(held_out)}")
+        raise InputError(data.root, "no view of a held-out shape", f"views of {', '.join(held_out)}")
     canny_settings, tuned = _tune([item for item in items if item.shape not in held_out], artists)
     model = load_model(out / "model.safetensors")
     chosen: dict[str, Any] = {}
     with progress("Held-out views", len(mine)) as advance:
         for item in mine:
-            view = open_view(data, item)
-            for method, settings in {**rtsc.METHODS, **tuned}.items():
-                _write(folder, method, item, rtsc.draw(view, settings))
+            view = data.open_view(item)
+            for method, plan in {**rtsc.METHODS, **tuned}.items():
+                _write(folder, method, item, rtsc.draw(view, plan))
             _write(folder, "Canny", item, canny.draw(view, canny_settings))
             _write(folder, "silhouettes", item, view.buffers.hit.astype(np.float32))
             for number, ink in enumerate(artists.inks(item)):
@@ -73,7 +72,7 @@ def draw_held_out(out: Path, held_out: Sequence[str], effort: str) -> None:
             chosen[item.name] = _draw_variants(model, view, item, folder, effort)
             advance(item.name)
     pairs = _score_pairs(model, data, out / "pairs.jsonl", set(held_out))
-    thresholds = {method: settings.chosen for method, settings in tuned.items()}
+    thresholds = {method: plan.filtered for method, plan in tuned.items()}
     record = {"views": chosen, "pairs": pairs, "tuned": thresholds}
     write_text(folder / "model.json", json.dumps(record, indent=1) + "\n")
 
@@ -83,50 +82,35 @@ def _draw_variants(model: Model, view: View, item: Item, folder: Path, effort: s
     record: dict[str, Any] = {}
     for method, variant in VARIANTS.items():
         begin = time.perf_counter()
-        choice = model.choose(view, variant, effort)
-        _write(folder, method, item, _choice_ink(view, choice))
-        if choice.optimum is not None:
-            thresholds = {family.value: choice.thresholds.of(family) for family in FILTERED_FAMILIES}
+        plan = model.choose(view, variant, effort)
+        _write(folder, method, item, rtsc.draw(view, plan))
+        if plan.score is not None:
             record = {
-                "thresholds": thresholds,
-                "score": choice.optimum.score,
-                "evaluations": choice.optimum.evaluations,
+                "thresholds": {family.value: plan.thresholds.value(family) for family in FILTERED_FAMILIES},
+                "score": plan.score,
+                "evaluations": plan.evaluations,
                 "seconds": time.perf_counter() - begin,
             }
     return record
 
 
-def _choice_ink(view: View, choice: Choice) -> Image:
-    """(H, W) ink of max(I_G(t), I_L)."""
-    shape = (view.camera.height, view.camera.width)
-    width = line_width(view)
-    layers = [np.zeros(shape, np.float32)]
-    for family in choice.families:
-        segments = fade(view.visible(family), choice.thresholds.of(family) or 0.0, "p90", choice.p90.get(family, 1.0))
-        layers.append(draw_segments(view.camera.project(segments.points)[..., :2], segments.alpha, width, shape))
-    for stroke in choice.strokes:
-        points = np.stack([stroke.points[:-1], stroke.points[1:]], axis=1)
-        layers.append(draw_segments(points, np.stack([stroke.alpha[:-1], stroke.alpha[1:]], axis=1), width, shape))
-    return np.asarray(np.maximum.reduce(layers))
-
-
-def _score_pairs(model: Model, data: Path, pairs: Path, held_out: set[str]) -> list[dict[str, Any]]:
+def _score_pairs(model: Model, data: DataFolder, pairs: Path, held_out: set[str]) -> list[dict[str, Any]]:
     """The ranking module's scores of both drawings of every held-out pair."""
     import torch
 
     from ncmodel.training.batches import load_pairs
-    from ncmodel.training.dataset import DataFolder, read_pairs
+    from ncmodel.training.dataset import ViewImages
     from ncmodel.training.objectives import score_batch
 
     ranker = model.checkpoint.ranker
     if ranker is None:
         raise InputError("model.safetensors", "no ranking module", "a model trained in all stages")
-    folder = DataFolder(data, [ranker.dims.size])
+    images = ViewImages(data, [ranker.dims.size])
     wanted = [pair for pair in read_pairs(pairs) if pair.item.shape in held_out]
     records = []
     for item in sorted({pair.item for pair in wanted}):
         mine = [pair for pair in wanted if pair.item == item]
-        loaded = load_pairs(folder, mine, ranker.dims.size)
+        loaded = load_pairs(images, mine, ranker.dims.size)
         with torch.inference_mode():
             scores = score_batch(ranker, loaded.batch).tolist()
         records += [
@@ -142,13 +126,13 @@ def _write(folder: Path, group: str, item: Item | int, ink: Image) -> None:
     write_png(path, from_ink(ink))
 
 
-def _tune(items: Sequence[Item], artists: ArtistDrawings) -> tuple[canny.CannySettings, dict[str, rtsc.RtscSettings]]:
+def _tune(items: Sequence[Item], artists: ArtistDrawings) -> tuple[canny.CannySettings, dict[str, Plan]]:
     """Canny's parameters, and the appendix's four methods by name, both with the least Chamfer distance."""
     chosen = items[:: max(1, len(items) // TUNING_VIEWS)][:TUNING_VIEWS]
     examples = []
     with progress("Baselines' parameters: training views", len(chosen)) as advance:
         for item in chosen:
-            view = open_view(artists.data_dir, item)
+            view = artists.data.open_view(item)
             references = {str(number): ink for number, ink in enumerate(artists.inks(item)[:1])}
             examples.append((view, Target.of(item.name, references, Settings(), view.buffers.hit)))
             advance(item.name)

@@ -4,6 +4,10 @@ Lines are those of the front of a surface: a shell that is inside out would show
 disagree every edge between them would be a border. So the fewest possible faces are turned to agree with their
 neighbours, and then shells around a volume are turned outwards, unless they lie within another one (then they are its
 cavities) or around the eye. Sheets have no outside and stay.
+
+That takes no rays, so that a drawing of a sound mesh waits for nothing. Cleaning, which sends rays for other reasons
+too, decides by the side that is seen more (`show_fronts` in `dataset_tools.cleaning.repair`); how neighbours come to
+agree is the same for both, `wound_alike`.
 """
 
 import math
@@ -25,7 +29,7 @@ NEAR = 1e-9
 """Object-space distance below which surfaces lie on each other, neither of them within the other."""
 
 
-def outward(surface: Surface, eye: tuple[float, float, float] | None = None) -> Surface:
+def turn_outwards(surface: Surface, eye: tuple[float, float, float] | None = None) -> Surface:
     """The surface with the fronts of its faces outwards; `surface` itself if they are.
 
     Args:
