@@ -1,4 +1,4 @@
-"""The names of `__init__.py`, for type checkers."""
+# The names of `__init__.py`, for type checkers. Without a docstring, that of `__init__.py` is shown on the API pages.
 
 from ncmodel.camera import Camera as Camera
 from ncmodel.drawing.draw import draw as draw_shape
