@@ -8,7 +8,8 @@ import filecmp
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ncmodel.data.item import DRAWINGS
+from ncmodel.data.data_folder import DataFolder
+from ncmodel.data.item import DRAWINGS, Item
 from ncmodel.errors import InputError
 
 Twins = tuple[int, ...]
@@ -32,18 +33,39 @@ def find_twins(pictures: Sequence[Path]) -> Twins:
         raise InputError(error.filename, f"can't be read ({error.strerror})", "a drawing") from error
 
 
-def different(twins: Twins) -> list[int]:
+def item_twins(data: DataFolder, item: Item) -> Twins:
+    """Which of an item's drawings are the same picture.
+
+    Raises:
+        InputError: One can't be read.
+    """
+    return find_twins(data.drawing_paths(item))
+
+
+def items_to_ask_about(data: DataFolder) -> list[Item]:
+    """The items whose drawings aren't all one and the same, in the data folder's order.
+
+    Raises:
+        InputError: There is none.
+    """
+    found = [item for item in data.items() if len(distinct(item_twins(data, item))) > 1]
+    if not found:
+        raise InputError(data.root, "the eight drawings of every view are one", "drawings to choose from")
+    return found
+
+
+def distinct(twins: Twins) -> list[int]:
     """The drawings without those that repeat an earlier one."""
     return sorted(set(twins))
 
 
-def different_pictures(pictures: Sequence[Path]) -> list[Path]:
+def distinct_pictures(pictures: Sequence[Path]) -> list[Path]:
     """The picture files without those that repeat an earlier one.
 
     Raises:
         InputError: One can't be read.
     """
-    return [pictures[index] for index in different(find_twins(pictures))]
+    return [pictures[index] for index in distinct(find_twins(pictures))]
 
 
 def to_record(twins: Twins) -> dict[str, int]:

@@ -8,14 +8,14 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from dataset_tools.build.items import drawing_path, list_items, own_render
 from dataset_tools.votes.consensus import Rules, aggregate
 from dataset_tools.votes.votes import read_votes
-from eval.demo.stages import Measured, Stage
+from eval.demo.stages import Stage, StageRun
 from eval.measures.bootstrap import PairAccuracy
 from eval.measures.comparison import Comparison, compare, comparison_table, comparison_text, difference_table
 from eval.measures.evaluation import Settings
-from ncmodel.data.item import Item
+from ncmodel.data.data_folder import DataFolder
+from ncmodel.data.item import DRAWINGS, Item
 from ncmodel.files import write_text
 from ncmodel.images import from_brightness as grey
 from ncmodel.images import from_ink, read_grey
@@ -36,7 +36,7 @@ TOLERANCE = 5.0
 THUMB = 208
 SIMULATED = (
     "All votes, artists and participants on this page are simulated: programs that follow a written rule with noise. "
-    "They show that the road works and how its parts compare; they say nothing about what people prefer."
+    "They show that the pipeline works and how its parts compare; they say nothing about what people prefer."
 )
 
 
@@ -82,7 +82,7 @@ def _pair_accuracy(pairs: Sequence[dict[str, Any]]) -> PairAccuracy:
     return pair_accuracy(better, worse, [pair["shape"] for pair in pairs])
 
 
-def write_demo_report(out: Path, stages: Sequence[tuple[Stage, Measured]]) -> dict[str, Any]:
+def write_demo_report(out: Path, stages: Sequence[tuple[Stage, StageRun]]) -> dict[str, Any]:
     """Judge, write `out`/report.html and `out`/summary.json, and return the summary."""
     begin = time.perf_counter()
     outcome = judge(out)
@@ -97,15 +97,15 @@ def write_demo_report(out: Path, stages: Sequence[tuple[Stage, Measured]]) -> di
     summary["seconds"]["report"] = round(seconds, 1)
     summary["total_seconds"] = round(sum(summary["seconds"].values()), 1)
     sections.append(Section("Stages", _stages(stages, seconds)))
-    write_report(out / "report.html", "Neural Contours: the whole road", sections, _lead(summary))
+    write_report(out / "report.html", "Neural Contours: the whole pipeline", sections, _lead(summary))
     write_text(out / "summary.json", json.dumps(summary, indent=1) + "\n")
     return summary
 
 
-def _summary(out: Path, outcome: Outcome, stages: Sequence[tuple[Stage, Measured]]) -> dict[str, Any]:
+def _summary(out: Path, outcome: Outcome, stages: Sequence[tuple[Stage, StageRun]]) -> dict[str, Any]:
     comparison = outcome.comparison
     votes = aggregate(read_votes(out / "votes.csv"), Rules()).summary()
-    items = list_items(out / "data")
+    items = DataFolder(out / "data").items()
     return {
         "participants": "simulated",
         "report": str(out / "report.html"),
@@ -192,12 +192,11 @@ def _mean(values: Any) -> str:
 
 def _held_out(out: Path, outcome: Outcome) -> list[Block]:
     blocks: list[Block] = []
-    folder = out / "held-out"
+    data, folder = DataFolder(out / "data"), out / "held-out"
     for name, view in sorted(outcome.model["views"].items()):
-        item = Item(*name.rsplit("_", 1))
         scores = {method: _f1(outcome.comparison, method, name) for method in METHODS}
         best = max(scores.values())
-        tiles = [Tile(grey(read_grey(own_render(out / "data", item))), "shape")]
+        tiles = [Tile(grey(read_grey(data.own_render(Item.named(name)))), "shape")]
         tiles += [Tile(from_ink(_ink(folder / "references" / name / "0.png")), "a simulated artist")]
         tiles += [
             Tile(
@@ -227,25 +226,23 @@ def _f1(comparison: Comparison, method: str, name: str) -> float:
 
 
 def _votes(out: Path, held_out: Sequence[str]) -> list[Block]:
-    counts: Counter[tuple[str, str, int]] = Counter()
-    for vote in read_votes(out / "votes.csv"):
-        if not vote.sentinel:
-            counts[vote.shape, vote.view, vote.choice] += 1
+    everything, data = read_votes(out / "votes.csv"), DataFolder(out / "data")
+    votes = everything[~everything["sentinel"]]
+    counts = Counter(zip(votes["shape"], votes["view"], votes["choice"], strict=True))
     first: list[Grid] = []
     rest: list[Grid] = []
-    for item in list_items(out / "data"):
-        (first if item.shape in held_out else rest).append(_candidates(out, item, counts))
+    for item in data.items():
+        (first if item.shape in held_out else rest).append(_candidates(data, item, counts))
     note = Text("Votes of simulated participants; those who failed a sentinel are counted here too.", "note")
     return [note, *first, Fold(f"The other {len(rest)} views", rest)]
 
 
-def _candidates(out: Path, item: Item, counts: Counter[tuple[str, str, int]]) -> Grid:
-    votes = [counts[item.shape, item.view, index] for index in range(8)]
-    tiles = [Tile(grey(read_grey(own_render(out / "data", item))), "shape")]
-    for index, count in enumerate(votes):
-        ink = from_ink(_ink(drawing_path(out / "data", item, index)))
+def _candidates(data: DataFolder, item: Item, counts: Counter[tuple[str, str, int]]) -> Grid:
+    none, *votes = (counts[item.shape, item.view, choice] for choice in range(-1, DRAWINGS))
+    tiles = [Tile(grey(read_grey(data.own_render(item))), "shape")]
+    for path, count in zip(data.drawing_paths(item), votes, strict=True):
+        ink = from_ink(_ink(path))
         tiles.append(Tile(ink, f"{count} vote{'s' if count != 1 else ''}", highlight=0 < count == max(votes)))
-    none = counts[item.shape, item.view, -1]
     return Grid(tiles, f"{item.name}{f' ({none} x none of these)' if none else ''}", columns=9, max_side=THUMB)
 
 
@@ -270,7 +267,7 @@ def _stage_plots(stage: str, records: Sequence[dict[str, Any]]) -> list[Plot]:
     return plots
 
 
-def _stages(stages: Sequence[tuple[Stage, Measured]], report_seconds: float) -> list[Block]:
+def _stages(stages: Sequence[tuple[Stage, StageRun]], report_seconds: float) -> list[Block]:
     rows: list[Sequence[Cell | str]] = [
         [
             stage.title,

@@ -2,12 +2,14 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import astuple, dataclass
 
-from eval.measures.metrics import Lines, Measures, compare_lines, mean_measures
+import pandas as pd
+
+from eval.measures.metrics import MEASURES, Lines, Measures, compare_lines, mean_measures
 from eval.measures.references import most_consistent
 from eval.measures.thinning import DEFAULT_THRESHOLD, silhouette_band, thin_lines
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError, UsageError
 from ncmodel.types import Image, Mask
 
 DEFAULT_TOLERANCE = 5.0
@@ -30,9 +32,9 @@ class Settings:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.tolerance_pixels) and self.tolerance_pixels >= 0.0):
-            raise UsageError(f"tolerance: found {self.tolerance_pixels} pixels, expected 0 or more")
+            raise ArgumentError("tolerance_pixels", str(self.tolerance_pixels), "0 or more")
         if not 0.0 < self.threshold <= 1.0:
-            raise UsageError(f"threshold: found {self.threshold}, expected a number above 0 and up to 1")
+            raise ArgumentError("threshold", str(self.threshold), "a number above 0 and up to 1")
 
 
 @dataclass(frozen=True)
@@ -42,10 +44,6 @@ class Score:
     name: str
     reference: str
     measures: Measures
-
-    def to_record(self) -> dict[str, str | float]:
-        """The score as one flat JSON object."""
-        return {"name": self.name, "reference": self.reference, **asdict(self.measures)}
 
 
 @dataclass(frozen=True)
@@ -63,6 +61,12 @@ class Evaluation:
     def mean(self) -> Measures:
         """Over all pairs of drawing and reference; F1 from the mean precision and recall."""
         return mean_measures([score.measures for score in self.scores])
+
+    def to_frame(self) -> pd.DataFrame:
+        """The scores as a table: `name` and `reference` (string), and every measure (float64)."""
+        rows = [(score.name, score.reference, *astuple(score.measures)) for score in self.scores]
+        types = {"name": "string", "reference": "string", **dict.fromkeys(MEASURES, "float64")}
+        return pd.DataFrame(rows, columns=list(types)).astype(types)
 
 
 @dataclass(frozen=True, eq=False)
