@@ -13,9 +13,10 @@ Conventions, stated once:
 Letters in array shapes: V vertices, F faces, S segments, H rows, W columns, K channels.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,25 +80,67 @@ class Mesh:
         return self.vertices if used.all() else self.vertices[used]
 
 
+Unit = Literal["rtsc", "p90"]
+"""What a threshold is measured in: rtsc's dimensionless strength, or the 90th percentile of a feature map."""
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """How strong a family's lines must be to be drawn.
+
+    Attributes:
+        value: At least 0, in `unit`; an infinite one leaves no line.
+        unit: "rtsc": compared with `LineSet.strength`; "p90": t of the paper's equations 1-4.
+        scale: What one of a "p90" threshold is: the 90th percentile of the family's feature map.
+    """
+
+    value: float
+    unit: Unit = "rtsc"
+    scale: float = 1.0
+
+    def limit(self, lines: "LineSet") -> float:
+        """The value of feature / denominator at which this makes lines vanish."""
+        return self.value * self.scale if self.unit == "p90" else self.value / lines.scale
+
+
+EVERYTHING = Threshold(0.0)
+"""The threshold that leaves all lines there are, and the one of families that no threshold filters."""
+
+
 @dataclass(frozen=True)
 class Thresholds:
     """One threshold a filtered family; `None` leaves the family out.
 
     Attributes:
-        unit: "rtsc": dimensionless, compared with `LineSet.strength`; "p90": in units of the 90th percentile of the
-            feature map, as t in the paper's equations 1-4.
+        suggestive: t_S, and so on.
+        unit: Of all four.
+        p90: In the unit "p90", family -> the 90th percentile of its feature map, where it is known already.
     """
 
     suggestive: float | None = 0.01
     ridges: float | None = 0.1
     valleys: float | None = 0.1
     apparent: float | None = 0.1
-    unit: Literal["rtsc", "p90"] = "rtsc"
+    unit: Unit = "rtsc"
+    p90: Mapping[LineFamily, float] = field(default_factory=dict)
 
-    def of(self, family: LineFamily) -> float | None:
-        """The threshold of `family`; 0 for the families that have none."""
+    families: ClassVar[tuple[LineFamily, ...]] = FILTERED_FAMILIES
+
+    def value(self, family: LineFamily) -> float | None:
+        """The number that `family` got; 0 for the families that have none."""
         value: float | None = getattr(self, family.value, 0.0)
         return value
+
+    def of(self, family: LineFamily) -> Threshold | None:
+        """The threshold of `family`, or None if it is left out.
+
+        Raises:
+            KeyError: It is in units of a 90th percentile that isn't known.
+        """
+        value = self.value(family)
+        if value is None or family not in FILTERED_FAMILIES:
+            return None if value is None else EVERYTHING
+        return Threshold(value, self.unit, self.p90[family] if self.unit == "p90" else 1.0)
 
     def with_values(self, **values: float | None) -> Self:
         """A copy with some thresholds replaced."""

@@ -4,12 +4,9 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-import cv2
-import numpy as np
-
 from dataset_tools.build.store import Store
 from ncmodel.errors import InputError
-from ncmodel.images import Pixels
+from ncmodel.images import Pixels, from_brightness, read_grey
 from ncmodel.report.contact_sheet import Tile, contact_sheet
 
 
@@ -37,13 +34,10 @@ def _row(folder: Path) -> list[Tile]:
         medoids = json.loads((folder / "selection.json").read_text(encoding="utf-8"))["medoids"]
     except (OSError, ValueError, KeyError) as error:
         raise InputError(folder, "no readable selection.json in it", "a view that is done") from error
-    renders = [Tile(_picture(path), folder.name) for path in sorted((folder / "renders").glob("*.png"))]
-    drawings = [Tile(_picture(folder / "drawings" / f"{i}.png"), f"candidate {n}") for i, n in enumerate(medoids)]
+    renders = [Tile(_pixels(path), folder.name) for path in sorted((folder / "renders").glob("*.png"))]
+    drawings = [Tile(_pixels(folder / "drawings" / f"{i}.png"), f"candidate {n}") for i, n in enumerate(medoids)]
     return renders + drawings
 
 
-def _picture(path: Path) -> Pixels:
-    stored = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-    if stored is None:
-        raise InputError(path, "not a picture", "a PNG file")
-    return np.asarray(stored, dtype=np.uint8)
+def _pixels(path: Path) -> Pixels:
+    return from_brightness(read_grey(path))

@@ -14,17 +14,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from dataset_tools.candidates.candidates import line_width
-from ncmodel.images import png_ink, png_map
+from ncmodel.images import png_ink, png_map, read_grey
 from ncmodel.errors import InputError
-from ncmodel.drawing.thresholding import fade
 from ncmodel.geometry.shading import interpolate
 from ncmodel.scene.view import View
-from ncmodel.model.maps import LineMaps, feature_percentile, network_maps
+from ncmodel.model.maps import LineMaps, network_maps, unfiltered
 from ncmodel.export.rasterize import draw_segments
 from ncmodel.types import FILTERED_FAMILIES, Floats, Image, LineFamily
 
@@ -34,7 +31,6 @@ DEFAULT_SIZE = (1024, 768)
 NAMES = ("suggestive_contour", "ridge", "valley", "apparent_ridge")
 """In the order of t = (t_S, t_R, t_V, t_A)."""
 
-_FULL = {"uint8": 255.0, "uint16": 65535.0}
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,13 +87,13 @@ class ExchangedView:
 
 def exchanged(view: View) -> ExchangedView:
     """A view of ours in the terms of the published code."""
-    hit, p90 = view.buffers.hit, np.array([feature_percentile(view, family) for family in FILTERED_FAMILIES])
-    lines = np.stack([_draw(view, family) for family in FILTERED_FAMILIES])
+    hit, p90 = view.buffers.hit, np.array([view.feature_percentile(family) for family in FILTERED_FAMILIES])
+    lines = np.stack([unfiltered(view, family)[0] for family in FILTERED_FAMILIES])
     features = np.stack([view.feature_map(f) / unit for f, unit in zip(FILTERED_FAMILIES, p90.tolist(), strict=True)])
     features = np.where(hit, np.clip(features, 0.0, 1.0), 1.0).astype(np.float32)
     facing = interpolate(view.buffers, view.surface.faces, view.n_dot_v)
     n_dot_v = np.where(hit, np.clip(facing, 0.0, 1.0), 1.0).astype(np.float32)
-    base = np.maximum(_draw(view, LineFamily.CONTOURS), _draw(view, LineFamily.CREASES))
+    base = np.maximum(*(unfiltered(view, family)[0] for family in (LineFamily.CONTOURS, LineFamily.CREASES)))
     return ExchangedView(lines, features, base, n_dot_v, network_maps(view), p90, float(view.surface.feature_size))
 
 
@@ -120,27 +116,9 @@ def read_exchanged(folder: str | Path) -> ExchangedView:
     return ExchangedView(np.stack(lines), np.stack(features), 1.0 - base, n_dot_v, maps, p90, infos[0][1])
 
 
-def _draw(view: View, family: LineFamily) -> Image:
-    segments = fade(view.visible(family), 0.0, unit="p90")
-    camera = view.camera
-    points = camera.project(segments.points)[..., :2]
-    return draw_segments(points, np.ones(points.shape[:2]), line_width(camera), (camera.height, camera.width))
-
-
 def _alike(root: Path, names: Sequence[str]) -> list[Image]:
-    return [_read(root / name) for name in names]
-
-
-def _read(path: Path) -> Image:
-    """(H, W) brightness in [0, 1]."""
-    try:
-        data = np.frombuffer(path.read_bytes(), dtype=np.uint8)
-    except OSError as error:
-        raise InputError(path, f"can't be read ({error.strerror})", "a PNG file") from error
-    stored = cv2.imdecode(data, cv2.IMREAD_ANYDEPTH | cv2.IMREAD_GRAYSCALE) if data.size else None
-    if stored is None:
-        raise InputError(path, f"{data.size} bytes that aren't a picture", "a PNG file")
-    return np.asarray(stored / _FULL[stored.dtype.name], dtype=np.float32)
+    """(H, W) brightness of each picture."""
+    return [read_grey(root / name) for name in names]
 
 
 def _info(path: Path) -> tuple[float, float]:

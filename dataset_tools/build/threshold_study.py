@@ -15,7 +15,7 @@ from ncmodel.config import read_config
 from ncmodel.errors import InputError
 from ncmodel.drawing.thresholding import fade
 from ncmodel.scene.view import View
-from ncmodel.types import Floats, LineFamily
+from ncmodel.types import Floats, LineFamily, Threshold
 
 PERCENTILES = (10, 50, 90)
 
@@ -84,7 +84,7 @@ def _shares(view: View, steps: Sequence[tuple[LineFamily, float]]) -> list[float
     for family, level in steps:
         lines = view.visible(family)
         total = _length(lines.points)
-        result.append(_length(fade(lines, level).points) / total if total > 0 else float("nan"))
+        result.append(_length(fade(lines, Threshold(level)).points) / total if total > 0 else float("nan"))
     return result
 
 

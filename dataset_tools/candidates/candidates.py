@@ -16,19 +16,17 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ncmodel.camera import DEFAULT_SIZE, Camera
+from ncmodel.drawing.draw import strokes_of
 from ncmodel.drawing.thresholding import fade
 from ncmodel.export.distance_transform import distance_to
-from ncmodel.export.rasterize import draw_segments
+from ncmodel.export.page import line_width
+from ncmodel.export.png import strokes_ink
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed
-from ncmodel.types import Image, LineFamily, Mask
+from ncmodel.types import Image, LineFamily, Mask, Threshold
 
 INK_LEVEL = 0.1
 """A pixel is inked where a drawing is darker than this."""
-
-LINE_WIDTH = 2.5
-"""Pixels, in a view whose shorter side is `DEFAULT_SIZE`."""
 
 FILTERS = {
     "suggestive": (LineFamily.SUGGESTIVE,),
@@ -170,25 +168,20 @@ def draw_candidates(view: View, levels: Levels) -> Candidates:
 
 
 def draw_layers(view: View, layers: Sequence[Layer], levels: Levels) -> Image:
-    """(L, H, W) grey ink of layers."""
-    shape, width = (view.camera.height, view.camera.width), line_width(view.camera)
-    ink = np.zeros((len(layers), *shape), dtype=np.float32)
+    """(L, H, W) grey ink of layers: lines as a drawing at the layer's threshold has them."""
+    camera = view.camera
+    ink = np.zeros((len(layers), camera.height, camera.width), dtype=np.float32)
     edges = _Edges(view, levels)
     for image, layer in zip(ink, layers, strict=True):
         for family in layer.families:
-            segments = fade(view.visible(family), layer.threshold)
+            strokes = strokes_of(view, fade(view.visible(family), Threshold(layer.threshold)))
             with timed(view.trace, "raster"):
-                points = view.camera.project(segments.points)[..., :2]
-                np.maximum(image, draw_segments(points, segments.alpha, width, shape), out=image)
+                np.maximum(image, strokes_ink(strokes, camera), out=image)
         if not layer.families:
             with timed(view.trace, "canny"):
+                width = line_width("canny", camera.width, camera.height)
                 image[:] = thick(edges.at(layer.threshold, layer.smoothed), width)
     return ink
-
-
-def line_width(camera: Camera) -> float:
-    """Width of lines in a view, pixels."""
-    return LINE_WIDTH * min(camera.width, camera.height) / DEFAULT_SIZE
 
 
 def thick(pixels: Mask, width: float) -> Image:

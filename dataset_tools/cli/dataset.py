@@ -5,7 +5,8 @@ from typing import Annotated, Any
 
 import typer
 
-from ncmodel.cli.common import emit, parse_size, progress
+from ncmodel.cli.common import emit, progress
+from ncmodel.drawing.arguments import size_of
 from ncmodel.errors import BatchError, UsageError
 
 group = typer.Typer(help="Clean meshes, choose views, draw and select candidates.", no_args_is_help=True)
@@ -39,7 +40,7 @@ def build(
     from dataset_tools.build.runners import core_count, runner_for
     from dataset_tools.build.summary import summary_record, summary_text
 
-    width, height = parse_size(size) if size else (None, None)
+    width, height = size_of(size) if size else (None, None)
     chosen = {"views": views, "width": width, "height": height, "seed": seed, "up": up, "min_faces": min_faces}
     rules = read_up_table(up_table) if up_table else None
     settings = _settings(config, data_dir / "config.toml", {**chosen, "up_rules": rules})
@@ -108,7 +109,7 @@ def export(
     from ncmodel.files import write_bytes
 
     _check_format(format_)
-    files = exchanged(load_view(view, parse_size(size))).files()
+    files = exchanged(load_view(view, size_of(size))).files()
     output.mkdir(parents=True, exist_ok=True)
     for name, data in files.items():
         write_bytes(output / name, data)

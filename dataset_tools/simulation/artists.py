@@ -19,6 +19,7 @@ from dataset_tools.build.items import view_folder
 from dataset_tools.candidates.chamfer_matrix import distance_field
 from ncmodel.camera import Camera
 from ncmodel.data.item import Item
+from ncmodel.export.page import REFERENCE_SIDE, WIDTH
 from ncmodel.export.rasterize import draw_segments
 from ncmodel.images import from_ink, read_grey, write_png
 from ncmodel.lines.chaining import chain
@@ -27,7 +28,7 @@ from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
 from ncmodel.types import Floats, Image, Ints, LineFamily, Mask
 
-LINE_WIDTH = 2.5 / 768
+LINE_WIDTH = WIDTH / REFERENCE_SIDE
 """Line widths and distances are shares of the picture's shorter side."""
 BESIDE = 6 / 768
 """A line that runs this near to a drawn one adds nothing."""

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eval.baselines.rtsc import ALWAYS, AR, RV, SC, RtscSettings, layer
+from eval.baselines.rtsc import ALWAYS, AR, RV, SC, layer, plan
 from eval.measures.evaluation import Target
 from eval.measures.metrics import Lines
+from ncmodel.drawing.plan import Plan
 from ncmodel.scene.view import View
 from ncmodel.types import Floats, Image, LineFamily, Mask, Thresholds
 
@@ -37,7 +38,7 @@ class Search:
     levels: tuple[float, ...]
     costs: Floats
 
-    def best(self, *groups: tuple[LineFamily, ...]) -> RtscSettings:
+    def best(self, *groups: tuple[LineFamily, ...]) -> Plan:
         """The settings with the least cost that draw these families and no others; the first among equals.
 
         Args:
@@ -50,10 +51,10 @@ class Search:
         chosen = {group: self.levels[place] for group, place in zip(GROUPS, index, strict=True) if group in groups}
         values = {family.value: chosen.get(group) for group in GROUPS for family in group}
         families = tuple(family for group in chosen for family in group)
-        return RtscSettings(families, Thresholds().with_values(**values))
+        return plan(families, Thresholds().with_values(**values))
 
     @property
-    def methods(self) -> dict[str, RtscSettings]:
+    def methods(self) -> dict[str, Plan]:
         """The appendix's four variants, by their names there."""
         return {
             "SC-grid": self.best(SC),

@@ -13,14 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ncmodel.camera import Camera
-from ncmodel.drawing.draw import CREASE_ANGLE, draw, visible_segments
-from ncmodel.drawing.drawing import Plan
+from ncmodel.drawing.draw import draw, visible_segments
+from ncmodel.drawing.plan import Plan
 from ncmodel.drawing.thresholding import fade, survivors
 from ncmodel.geometry.raycast import RayScene
-from ncmodel.scene.creases import parted
-from ncmodel.scene.surface import Surface
+from ncmodel.scene.creases import split_at_creases
+from ncmodel.scene.surface import CREASE_ANGLE, Surface
 from ncmodel.scene.view import View
-from ncmodel.types import FILTERED_FAMILIES, Floats, LineFamily, Mask
+from ncmodel.types import EVERYTHING, FILTERED_FAMILIES, Floats, LineFamily, Mask
 
 VIEWS = ((30.0, 20.0), (110.0, -10.0), (200.0, 45.0), (285.0, 5.0), (340.0, 75.0))
 """Azimuth and elevation, degrees."""
@@ -158,14 +158,14 @@ def _measure(surface: Surface, camera: Camera) -> tuple[float, float, float, flo
 def _hidden_and_lost(surface: Surface, camera: Camera) -> tuple[float, float]:
     """Shares of what is drawn that is hidden, and of what is seen that isn't drawn, all families together."""
     view, plan, scene = (
-        View(parted(surface, CREASE_ANGLE), camera, CREASE_ANGLE),
+        View(split_at_creases(surface, CREASE_ANGLE), camera, CREASE_ANGLE),
         Plan(tuple(LineFamily)),
         surface.scene,
     )
     of_drawn, of_seen = [np.zeros((0, 2))], [np.zeros((0, 2))]
     for family in plan.drawn:
-        threshold, lines = plan.thresholds.of(family) or 0.0, view.candidates(family)
-        pieces = visible_segments(view, family, plan)
+        threshold, lines = plan.thresholds.of(family) or EVERYTHING, view.candidates(family)
+        pieces = visible_segments(view, family, threshold)
         pixels, depth, length = _samples(pieces.points, camera)
         beside = [
             _depth(scene, camera, pixels + aside) for aside in itertools.product((-BESIDE, 0.0, BESIDE), repeat=2)

@@ -80,10 +80,10 @@ def coverage_part(meshes: "Sequence[Mesh]", advance: Callable[[str], None]) -> "
         measure_coverage,
     )
     from ncmodel.report.part import Part
-    from ncmodel.scene.seams import sewn
+    from ncmodel.scene.seams import sew_seams
     from ncmodel.scene.surface import Surface
 
-    found = measure_coverage((sewn(Surface(mesh)) for mesh in meshes), advance)
+    found = measure_coverage((sew_seams(Surface(mesh)) for mesh in meshes), advance)
     text = (
         f"{len(VIEWS)} views of {SIZE} pixels each. Drawn: the share of the outline before the background and of where "
         f"depth jumps by {JUMP:g} of the shape's size, with a contour, boundary or crease within {NEAR:g} pixels. "

@@ -14,13 +14,11 @@ from eval.baselines import canny, grid, rtsc
 from eval.measures.evaluation import Settings, Target
 from ncmodel.cli.common import progress
 from ncmodel.data.item import Item
-from ncmodel.drawing.thresholding import fade
+from ncmodel.drawing.plan import Plan
 from ncmodel.errors import InputError
-from ncmodel.export.rasterize import draw_segments
 from ncmodel.files import write_text
 from ncmodel.images import from_ink, write_png
-from ncmodel.model.maps import line_width
-from ncmodel.model.predictor import Choice, Model, Variant, load_model
+from ncmodel.model.predictor import Model, Variant, load_model
 from ncmodel.scene.view import View
 from ncmodel.types import FILTERED_FAMILIES, Image
 
@@ -64,8 +62,8 @@ def draw_held_out(out: Path, held_out: Sequence[str], effort: str) -> None:
     with progress("Held-out views", len(mine)) as advance:
         for item in mine:
             view = open_view(data, item)
-            for method, settings in {**rtsc.METHODS, **tuned}.items():
-                _write(folder, method, item, rtsc.draw(view, settings))
+            for method, plan in {**rtsc.METHODS, **tuned}.items():
+                _write(folder, method, item, rtsc.draw(view, plan))
             _write(folder, "Canny", item, canny.draw(view, canny_settings))
             _write(folder, "silhouettes", item, view.buffers.hit.astype(np.float32))
             for number, ink in enumerate(artists.inks(item)):
@@ -73,7 +71,7 @@ def draw_held_out(out: Path, held_out: Sequence[str], effort: str) -> None:
             chosen[item.name] = _draw_variants(model, view, item, folder, effort)
             advance(item.name)
     pairs = _score_pairs(model, data, out / "pairs.jsonl", set(held_out))
-    thresholds = {method: settings.chosen for method, settings in tuned.items()}
+    thresholds = {method: plan.filtered for method, plan in tuned.items()}
     record = {"views": chosen, "pairs": pairs, "tuned": thresholds}
     write_text(folder / "model.json", json.dumps(record, indent=1) + "\n")
 
@@ -83,31 +81,16 @@ def _draw_variants(model: Model, view: View, item: Item, folder: Path, effort: s
     record: dict[str, Any] = {}
     for method, variant in VARIANTS.items():
         begin = time.perf_counter()
-        choice = model.choose(view, variant, effort)
-        _write(folder, method, item, _choice_ink(view, choice))
-        if choice.optimum is not None:
-            thresholds = {family.value: choice.thresholds.of(family) for family in FILTERED_FAMILIES}
+        plan = model.choose(view, variant, effort)
+        _write(folder, method, item, rtsc.draw(view, plan))
+        if plan.score is not None:
             record = {
-                "thresholds": thresholds,
-                "score": choice.optimum.score,
-                "evaluations": choice.optimum.evaluations,
+                "thresholds": {family.value: plan.thresholds.value(family) for family in FILTERED_FAMILIES},
+                "score": plan.score,
+                "evaluations": plan.evaluations,
                 "seconds": time.perf_counter() - begin,
             }
     return record
-
-
-def _choice_ink(view: View, choice: Choice) -> Image:
-    """(H, W) ink of max(I_G(t), I_L)."""
-    shape = (view.camera.height, view.camera.width)
-    width = line_width(view)
-    layers = [np.zeros(shape, np.float32)]
-    for family in choice.families:
-        segments = fade(view.visible(family), choice.thresholds.of(family) or 0.0, "p90", choice.p90.get(family, 1.0))
-        layers.append(draw_segments(view.camera.project(segments.points)[..., :2], segments.alpha, width, shape))
-    for stroke in choice.strokes:
-        points = np.stack([stroke.points[:-1], stroke.points[1:]], axis=1)
-        layers.append(draw_segments(points, np.stack([stroke.alpha[:-1], stroke.alpha[1:]], axis=1), width, shape))
-    return np.asarray(np.maximum.reduce(layers))
 
 
 def _score_pairs(model: Model, data: Path, pairs: Path, held_out: set[str]) -> list[dict[str, Any]]:
@@ -142,7 +125,7 @@ def _write(folder: Path, group: str, item: Item | int, ink: Image) -> None:
     write_png(path, from_ink(ink))
 
 
-def _tune(items: Sequence[Item], artists: ArtistDrawings) -> tuple[canny.CannySettings, dict[str, rtsc.RtscSettings]]:
+def _tune(items: Sequence[Item], artists: ArtistDrawings) -> tuple[canny.CannySettings, dict[str, Plan]]:
     """Canny's parameters, and the appendix's four methods by name, both with the least Chamfer distance."""
     chosen = items[:: max(1, len(items) // TUNING_VIEWS)][:TUNING_VIEWS]
     examples = []

@@ -7,9 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from ncmodel.errors import UsageError
 from ncmodel.progress import Advance
-from ncmodel.types import FILTERED_FAMILIES, LineFamily
 
 LOG_INTERVAL_SECONDS = 10.0
 """How often progress is written when stderr is a file and not a terminal."""
@@ -51,47 +49,3 @@ def progress(title: str, total: int) -> Iterator[Advance]:
         sys.stderr.flush()
 
     yield advance
-
-
-def parse_families(text: str) -> tuple[LineFamily, ...]:
-    """Families from a comma-separated list of names.
-
-    Raises:
-        UsageError: A name is unknown.
-    """
-    names = [name.strip() for name in text.split(",") if name.strip()]
-    known = {family.value for family in LineFamily}
-    for name in names:
-        if name not in known:
-            raise UsageError(f"--lines: unknown family {name!r}, expected some of {','.join(LineFamily)}")
-    return tuple(dict.fromkeys(LineFamily(name) for name in names))
-
-
-def parse_thresholds(text: str) -> dict[LineFamily, float | None]:
-    """Family -> threshold from "FAMILY=VALUE,..."; the value "off" leaves a family out.
-
-    Raises:
-        UsageError: A family has no threshold, or a value is no number.
-    """
-    values: dict[LineFamily, float | None] = {}
-    for item in filter(None, (part.strip() for part in text.split(","))):
-        name, equals, value = (part.strip() for part in item.partition("="))
-        if not equals or name not in set(FILTERED_FAMILIES):
-            raise UsageError(f"--thresholds: found {item!r}, expected FAMILY=VALUE with {','.join(FILTERED_FAMILIES)}")
-        try:
-            values[LineFamily(name)] = None if value == "off" else float(value)
-        except ValueError:
-            raise UsageError(f"--thresholds: {name} is {value!r}, expected a number or off") from None
-    return values
-
-
-def parse_size(text: str) -> tuple[int, int]:
-    """(width, height) from "N" or "WxH".
-
-    Raises:
-        UsageError: Not one or two whole numbers.
-    """
-    parts = text.lower().split("x")
-    if len(parts) not in (1, 2) or not all(part.strip().isdecimal() for part in parts):
-        raise UsageError(f"--size: found {text!r}, expected N or WxH in pixels")
-    return int(parts[0]), int(parts[-1])

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ncmodel.cli.common import emit, parse_families, parse_size, parse_thresholds, progress
+from ncmodel.cli.common import emit, progress
 from ncmodel.errors import BatchError, InputError, NeuralContoursError, UsageError
-from ncmodel.types import FILTERED_FAMILIES, LineFamily
+from ncmodel.types import FILTERED_FAMILIES
 
 if TYPE_CHECKING:
     from ncmodel.camera import Camera
@@ -75,7 +75,7 @@ def draw(
     given = {
         "azimuth": azimuth,
         "elevation": elevation,
-        "size": None if size is None else parse_size(size),
+        "size": size,
         "crease_angle": crease_angle,
     }
     job = _Job(
@@ -86,7 +86,8 @@ def draw(
         suffix="svg" if suffix is None else suffix,
         as_json=as_json,
         options={
-            **_what(lines, thresholds),
+            "lines": lines,
+            "thresholds": thresholds,
             "model": None if model is None else _model(model),
             "preset": preset,
             "up": up,
@@ -113,8 +114,10 @@ class _Job:
     options: dict[str, Any]
 
     def __post_init__(self) -> None:
+        from ncmodel.drawing.arguments import plan_of
         from ncmodel.export.page import Picture
 
+        plan_of(self.options["lines"], self.options["thresholds"])
         Picture(1, 1, (), self.style["width"], self.style["background"])
 
     def draw(self, mesh: Path, output: Path) -> tuple["Drawing", dict[str, Any]]:
@@ -179,29 +182,14 @@ def _draw_folder(job: _Job, meshes: list[Path]) -> None:
 
 def _camera(path: Path | None, azimuth: float | None, elevation: float | None, size: str | None) -> "Camera | None":
     from ncmodel.camera import Camera
+    from ncmodel.drawing.arguments import size_of
 
     if path is None:
         return None
     if azimuth is not None or elevation is not None:
         raise UsageError("--camera: found --azimuth or --elevation beside it, expected one or the other")
     camera = Camera.load(path)
-    return camera if size is None else camera.resized(*parse_size(size))
-
-
-def _what(lines: str | None, thresholds: str | None) -> dict[str, Any]:
-    """The families and thresholds asked for; a family that is given a threshold is drawn unless --lines says not."""
-    from ncmodel.drawing.drawing import DEFAULT_FAMILIES
-    from ncmodel.types import Thresholds
-
-    families = None if lines is None else parse_families(lines)
-    if families == ():
-        raise UsageError(f"--lines: found no family, expected some of {','.join(LineFamily)}")
-    if thresholds is None:
-        return {"lines": families}
-    values = parse_thresholds(thresholds)
-    if families is None:
-        families = tuple(dict.fromkeys((*DEFAULT_FAMILIES, *values)))
-    return {"lines": families, "thresholds": Thresholds().with_values(**{f.value: t for f, t in values.items()})}
+    return camera if size is None else camera.resized(*size_of(size))
 
 
 def _model(path: Path) -> Any:
@@ -237,7 +225,7 @@ def _record(mesh: Path, output: Path, drawing: "Drawing", seconds: float) -> dic
         "width": drawing.width,
         "height": drawing.height,
         "families": [family.value for family in plan.drawn],
-        "thresholds": {f.value: _finite(plan.thresholds.of(f)) for f in FILTERED_FAMILIES if f in plan.drawn},
+        "thresholds": {f.value: _finite(plan.thresholds.value(f)) for f in FILTERED_FAMILIES if f in plan.drawn},
         "threshold_unit": plan.thresholds.unit,
         "score": plan.score,
         "score_evaluations": plan.evaluations,

@@ -1,30 +1,43 @@
-"""From a shape to its drawing: the one entry function.
+"""From a shape to its drawing: the one entry function, and the one way from a plan to strokes.
 
 Only what a request needs is computed: contours need no curvature, a family that isn't asked for costs nothing, and
 lines are thresholded before their visibility is decided.
 """
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from ncmodel.camera import DEFAULT_AZIMUTH, DEFAULT_ELEVATION, DEFAULT_SIZE, Camera
 from ncmodel.drawing import arguments
-from ncmodel.drawing.drawing import DEFAULT_FAMILIES, Drawing, Plan
+from ncmodel.drawing.drawing import Drawing
+from ncmodel.drawing.plan import Plan
+from ncmodel.drawing.polygonal_outlines import missing_outlines
+from ncmodel.drawing.strokes import strokes
 from ncmodel.drawing.thresholding import fade, survivors
 from ncmodel.errors import UsageError
-from ncmodel.export.page import REFERENCE_SIDE
+from ncmodel.export.page import page_scale
+from ncmodel.lines.visibility import MESH_EDGES
+from ncmodel.mesh.load import load_mesh, make_mesh
+from ncmodel.scene.creases import split_at_creases
+from ncmodel.scene.orientation import turn_outwards
+from ncmodel.scene.seams import sew_seams
+from ncmodel.scene.surface import CREASE_ANGLE, Surface
+from ncmodel.scene.view import View
 from ncmodel.tracing import timed
-from ncmodel.types import FILTERED_FAMILIES, LineFamily, Mesh, Segments, Stroke, Thresholds, Trace
+from ncmodel.types import (
+    EVERYTHING,
+    FILTERED_FAMILIES,
+    LineFamily,
+    Mesh,
+    Segments,
+    Stroke,
+    Threshold,
+    Thresholds,
+    Trace,
+)
 
-if TYPE_CHECKING:
-    from ncmodel.model.predictor import Model
-    from ncmodel.scene.surface import Surface
-    from ncmodel.scene.view import View
-
-CREASE_ANGLE = 40.0
-"""Degrees between faces above which their edge is drawn as a crease, unless told otherwise."""
 SHORTEST_STROKE = 2.5
 """Strokes on the smooth surface shorter than this, in pixels at 768, are dots and not drawn."""
 
@@ -43,15 +56,23 @@ class Detail:
 
 
 PRESETS = {"draft": Detail(4.0, 0.5), "balanced": Detail(), "accurate": Detail(0.5, 0.05)}
+BALANCED = PRESETS["balanced"]
+
+
+class Chooser(Protocol):
+    """What plans a drawing of a view: a trained model."""
+
+    def choose(self, view: View, *, budget: str, families: Sequence[LineFamily]) -> Plan:
+        """The plan, of contours, boundaries and those of the filtered `families` that it likes."""
 
 
 def draw(
-    shape: "Mesh | Surface | str | Path",
+    shape: Mesh | Surface | str | Path,
     camera: Camera | None = None,
     lines: arguments.Lines | None = None,
-    thresholds: Thresholds | Mapping[str, float | None] | None = None,
+    thresholds: arguments.ThresholdValues | None = None,
     *,
-    model: "Model | None" = None,
+    model: Chooser | None = None,
     preset: str = "balanced",
     azimuth: float = DEFAULT_AZIMUTH,
     elevation: float = DEFAULT_ELEVATION,
@@ -67,10 +88,10 @@ def draw(
             faces turned outwards. Or a surface, which is drawn as it is and whose computed quantities are reused.
         camera: Where from; unless given, one at `azimuth` and `elevation` that has the shape in its frame.
         lines: Families to draw, such as ["contours", "suggestive"] or "contours,suggestive"; those whose threshold is
-            None are left out. Without a model, `DEFAULT_FAMILIES` unless given; a model decides by itself unless given
-            what it may choose from.
-        thresholds: rtsc's defaults unless given, for those that {"suggestive": 0.02} doesn't name, too; a model finds
-            its own.
+            None are left out. Without a model, `DEFAULT_FAMILIES` and those that get a threshold unless given; a model
+            decides by itself unless given what it may choose from.
+        thresholds: rtsc's defaults unless given, for those that {"suggestive": 0.02} or "suggestive=0.02" doesn't name,
+            too; a model finds its own.
         model: Chooses thresholds and families, and adds the lines of its image branch.
         preset: "draft", "balanced" or "accurate": how densely visibility is sampled, how closely strokes follow the
             lines, and how thoroughly a model searches.
@@ -85,59 +106,91 @@ def draw(
         MeshError: The file can't be read.
         UsageError: Some argument makes no sense, or thresholds are given together with a model.
     """
-    from ncmodel.drawing.polygonal_outlines import missing_outlines
-    from ncmodel.drawing.strokes import strokes
-    from ncmodel.lines.visibility import MESH_EDGES
-    from ncmodel.scene.creases import parted
-    from ncmodel.scene.view import View
-
     detail = _detail(preset, tolerance)
-    asked = DEFAULT_FAMILIES if lines is None else arguments.families(lines)
-    chosen = arguments.thresholds_of(thresholds)
-    if chosen is not None and model is not None:
+    if thresholds is not None and model is not None:
         raise UsageError("thresholds: found some beside a model, which chooses its own; expected one or the other")
+    asked = arguments.plan_of(lines, thresholds)
     _check(camera, model, azimuth=azimuth, elevation=elevation, crease_angle=crease_angle)
-    surface = whole = _surface(shape, up, None if camera is None else camera.eye)
-    by_edges = LineFamily.CREASES in asked and model is None
-    if by_edges:
-        surface = parted(surface, crease_angle)
+    whole = _surface(shape, up, None if camera is None else camera.eye)
+    by_edges = LineFamily.CREASES in asked.families and model is None
+    surface = split_at_creases(whole, crease_angle) if by_edges else whole
     camera = camera or Camera.orbit(surface.mesh.used_vertices, azimuth, elevation, size=arguments.size_of(size))
     view = View(surface, camera, crease_angle)
-    if model is None:
-        plan = Plan(asked, chosen or Thresholds())
-    else:
-        plan = _chosen(model, view, preset, None if lines is None else asked)
+    plan = asked if model is None else _chosen(model, view, preset, None if lines is None else asked.families)
+    drawing = draw_view(view, plan, detail)
+    return _with_outlines(drawing, whole, detail) if by_edges and LineFamily.CONTOURS in plan.drawn else drawing
+
+
+def draw_view(view: View, plan: Plan, detail: Detail = BALANCED) -> Drawing:
+    """Draw what a plan says of a view.
+
+    Args:
+        view: The view, as it is.
+        plan: Families, thresholds, and strokes of other origin.
+        detail: How finely.
+    """
+    plan = replace(plan, thresholds=_with_units(plan, view))
     drawn: list[Stroke] = []
-    scale = min(camera.width, camera.height) / REFERENCE_SIDE
     for family in plan.drawn:
-        segments = visible_segments(view, family, plan, detail.sample_pixels)
-        with timed(surface.trace, "strokes"):
-            shortest = 0.0 if family in MESH_EDGES else SHORTEST_STROKE * scale
-            drawn += strokes(segments, camera, detail.tolerance, shortest)
-    if by_edges and LineFamily.CONTOURS in plan.drawn:
-        full = [stroke for stroke in drawn if stroke.family not in FILTERED_FAMILIES]
-        with timed(surface.trace, "missing_outlines"):
-            segments = missing_outlines(whole, camera, full, detail.sample_pixels)
-            drawn += strokes(segments, camera, detail.tolerance, SHORTEST_STROKE * scale)
-    mesh = surface.mesh
-    return Drawing(camera, (*drawn, *plan.strokes), mesh.name, plan, mesh.notes, surface.trace)
+        threshold = plan.thresholds.of(family)
+        assert threshold is not None, "families that are left out aren't drawn"
+        drawn += strokes_of(view, visible_segments(view, family, threshold, detail.sample_pixels), detail)
+    mesh = view.mesh
+    return Drawing(view.camera, (*drawn, *plan.strokes), mesh.name, plan, mesh.notes, view.trace)
 
 
-def visible_segments(view: "View", family: LineFamily, plan: Plan, sample_pixels: float = 1.0) -> Segments:
+def visible_segments(
+    view: View, family: LineFamily, threshold: Threshold = EVERYTHING, sample_pixels: float = 1.0
+) -> Segments:
     """The visible segments of a family that its threshold leaves, with their opacity.
 
     Args:
         view: The view.
         family: The family.
-        plan: The thresholds.
+        threshold: Its threshold.
         sample_pixels: Distance along the picture of the points at which visibility is decided.
     """
-    threshold, unit = plan.thresholds.of(family) or 0.0, plan.thresholds.unit
-    p90 = _percentile(view, family, plan) if family in FILTERED_FAMILIES and unit == "p90" else 1.0
     lines = view.candidates(family)
     # Weak lines are the most numerous; what the threshold takes away needs no rays.
-    strong = lines.take(survivors(lines, threshold, unit, p90))
-    return fade(view.unhidden(strong, sample_pixels), threshold, unit, p90)
+    strong = lines.take(survivors(lines, threshold))
+    return fade(view.unhidden(strong, sample_pixels), threshold)
+
+
+def strokes_of(view: View, segments: Segments, detail: Detail = BALANCED) -> tuple[Stroke, ...]:
+    """The strokes that visible segments of a view are drawn as: long, simplified, without dots.
+
+    Args:
+        view: The view.
+        segments: Of one family.
+        detail: How closely they follow the segments.
+    """
+    camera = view.camera
+    with timed(view.trace, "strokes"):
+        return strokes(segments, camera, detail.tolerance, shortest_stroke(segments.family, camera))
+
+
+def shortest_stroke(family: LineFamily, camera: Camera) -> float:
+    """Pixels below which strokes of a family are dots; edges of the mesh have none."""
+    return 0.0 if family in MESH_EDGES else SHORTEST_STROKE * page_scale(camera.width, camera.height)
+
+
+def _with_outlines(drawing: Drawing, whole: Surface, detail: Detail) -> Drawing:
+    """The drawing with the outlines of coarse faces, which normals don't know of, where no full line is yet."""
+    camera = drawing.camera
+    full = [stroke for stroke in drawing.strokes if stroke.family not in FILTERED_FAMILIES]
+    with timed(drawing.trace, "missing_outlines"):
+        segments = missing_outlines(whole, camera, full, detail.sample_pixels)
+        added = strokes(segments, camera, detail.tolerance, shortest_stroke(LineFamily.CONTOURS, camera))
+    return replace(drawing, strokes=(*drawing.strokes, *added))
+
+
+def _with_units(plan: Plan, view: View) -> Thresholds:
+    """The plan's thresholds, those in 90th percentiles with the percentiles that the view has."""
+    thresholds = plan.thresholds
+    if thresholds.unit != "p90":
+        return thresholds
+    missing = [f for f in plan.drawn if f in FILTERED_FAMILIES and f not in thresholds.p90]
+    return replace(thresholds, p90={**thresholds.p90, **{f: view.feature_percentile(f) for f in missing}})
 
 
 def _check(camera: object, model: object, crease_angle: float, **angles: float) -> None:
@@ -162,32 +215,18 @@ def _detail(preset: str, tolerance: float | None) -> Detail:
     return replace(PRESETS[preset], tolerance=tolerance)
 
 
-def _chosen(model: "Model", view: "View", preset: str, asked: tuple[LineFamily, ...] | None) -> Plan:
+def _chosen(model: Chooser, view: View, preset: str, asked: tuple[LineFamily, ...] | None) -> Plan:
     """What a model draws, of the families asked for."""
     allowed = asked if asked is not None else tuple(LineFamily)
-    choice = model.choose(view, budget=preset, families=[f for f in FILTERED_FAMILIES if f in allowed])
+    plan = model.choose(view, budget=preset, families=[f for f in FILTERED_FAMILIES if f in allowed])
     # Creases are no part of what a model can weigh; they are drawn if somebody wants them.
     wanted = (LineFamily.CREASES,) if asked is not None and LineFamily.CREASES in asked else ()
-    families = tuple(family for family in choice.families if family in allowed) + wanted
-    score, evaluations = (choice.optimum.score, choice.optimum.evaluations) if choice.optimum else (None, 0)
-    return Plan(families, choice.thresholds, choice.p90, choice.strokes, score, evaluations)
+    return replace(plan, families=tuple(family for family in plan.families if family in allowed) + wanted)
 
 
-def _percentile(view: "View", family: LineFamily, plan: Plan) -> float:
-    from ncmodel.model.maps import feature_percentile
-
-    return plan.p90[family] if family in plan.p90 else feature_percentile(view, family)
-
-
-def _surface(shape: "Mesh | Surface | str | Path", up: str, eye: tuple[float, float, float] | None) -> "Surface":
-    from ncmodel.scene.surface import Surface
-
+def _surface(shape: Mesh | Surface | str | Path, up: str, eye: tuple[float, float, float] | None) -> Surface:
     if isinstance(shape, Surface):
         return shape
-    from ncmodel.mesh.load import load_mesh, make_mesh
-    from ncmodel.scene.orientation import outward
-    from ncmodel.scene.seams import sewn
-
     trace = Trace()
     if isinstance(shape, Mesh):
         placed = make_mesh(shape.vertices, shape.faces, shape.name, shape.notes)
@@ -197,4 +236,4 @@ def _surface(shape: "Mesh | Surface | str | Path", up: str, eye: tuple[float, fl
         arguments.expect("shape", shape, (str, Path), expected)
         with timed(trace, "load"):
             mesh = load_mesh(shape, up)
-    return outward(sewn(Surface(mesh, trace)), eye)
+    return turn_outwards(sew_seams(Surface(mesh, trace)), eye)

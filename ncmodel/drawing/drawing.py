@@ -1,56 +1,22 @@
 """A drawing: strokes on a picture plane, what they show, and how they are written."""
 
 from collections import Counter
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Self
 
 from ncmodel.camera import Camera
+from ncmodel.drawing.plan import Plan
 from ncmodel.errors import InputError, UsageError
 from ncmodel.export.page import WIDTH, Picture
 from ncmodel.export.pdf import pdf
 from ncmodel.export.png import ink, png
 from ncmodel.export.svg import svg
 from ncmodel.files import write_bytes
-from ncmodel.types import Image, LineFamily, Stroke, Thresholds, Trace
+from ncmodel.types import Image, Stroke, Trace
 
-DEFAULT_FAMILIES = (
-    LineFamily.CONTOURS,
-    LineFamily.BOUNDARIES,
-    LineFamily.CREASES,
-    LineFamily.SUGGESTIVE,
-    LineFamily.APPARENT,
-)
-"""Drawn unless told otherwise. Ridges and valleys aren't: they show the mesh's roughness before its form."""
 SUFFIXES = (".svg", ".png", ".pdf")
 """The file formats that a drawing is written in."""
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What a drawing shows.
-
-    Attributes:
-        families: The families asked for or chosen; those whose threshold is None are left out.
-        thresholds: Of the filtered families.
-        p90: Units of thresholds in "p90"; those that are missing are measured in the view.
-        strokes: Lines that don't come from the mesh: those of a model's image branch.
-        score: The model's score of its choice, if one chose.
-        evaluations: How many drawings it scored.
-    """
-
-    families: tuple[LineFamily, ...] = DEFAULT_FAMILIES
-    thresholds: Thresholds = field(default_factory=Thresholds)
-    p90: Mapping[LineFamily, float] = field(default_factory=dict)
-    strokes: tuple[Stroke, ...] = ()
-    score: float | None = None
-    evaluations: int = 0
-
-    @property
-    def drawn(self) -> tuple[LineFamily, ...]:
-        """The families that are drawn."""
-        return tuple(family for family in self.families if self.thresholds.of(family) is not None)
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,7 +25,7 @@ FAINTER = 0.02
 """A stroke stays if its opacity is above that of the other one by more than this."""
 
 
-def without_retraced(strokes: Sequence[Stroke], tolerance: float) -> tuple[Stroke, ...]:
+def drop_overlapping(strokes: Sequence[Stroke], tolerance: float) -> tuple[Stroke, ...]:
     """Strokes of one family without the parts that lie within `tolerance` pixels of longer strokes of no less ink.
 
     Args:

@@ -5,11 +5,11 @@ import math
 import numpy as np
 
 from ncmodel.camera import Camera
-from ncmodel.drawing.overlapping_strokes import without_retraced
+from ncmodel.drawing.overlapping_strokes import drop_overlapping
 from ncmodel.jit import kernel
 from ncmodel.lines.chaining import chain
 from ncmodel.mesh.weld import weld_points
-from ncmodel.types import Floats, Ints, Mask, Segments, Stroke
+from ncmodel.types import Floats, Ints, LineSet, Mask, Segments, Stroke
 
 TOLERANCE = 0.25
 """Pixels that a stroke may stray from its segments, unless told otherwise."""
@@ -55,7 +55,18 @@ def strokes(
         Stroke(segments.family.value, pixels[bounds[c] : bounds[c + 1]], alpha[bounds[c] : bounds[c + 1]])
         for c in np.flatnonzero(drawn).tolist()
     ]
-    return without_retraced(found, min(tolerance, TOLERANCE))
+    return drop_overlapping(found, min(tolerance, TOLERANCE))
+
+
+def without_dots(lines: LineSet, camera: Camera, shortest: float) -> LineSet:
+    """The lines that `strokes` would draw: without those whose chains are shorter than `shortest` pixels."""
+    chains = chain(lines.points)
+    if len(chains) == 0:
+        return lines
+    pixels = camera.project(lines.points)[..., :2]
+    length = np.linalg.norm(pixels[:, 1] - pixels[:, 0], axis=1)[chains.segment]
+    owner = np.repeat(np.arange(len(chains)), np.diff(chains.first))
+    return lines.take(np.sort(chains.segment[np.bincount(owner, length)[owner] >= max(shortest, DOT)]))
 
 
 def _spurs(points: Floats, first: Ints, short: Mask) -> Mask:

@@ -10,75 +10,64 @@ cut where that reaches 0. The other families have no threshold and full opacity.
 """
 
 import math
-from typing import Literal
 
 import numpy as np
 
-from ncmodel.errors import UsageError
-from ncmodel.types import FILTERED_FAMILIES, SUGGESTIVE_FADE, Floats, LineFamily, LineSet, Mask, Segments, Thresholds
-
-Unit = Literal["rtsc", "p90"]
-
-
-def check_thresholds(thresholds: Thresholds) -> None:
-    """Raise if a threshold can't be compared with anything.
-
-    Raises:
-        UsageError: A threshold is negative or not a number. (An infinite one is fine: it leaves no line.)
-    """
-    for family in FILTERED_FAMILIES:
-        value = thresholds.of(family)
-        if value is not None and not value >= 0.0:
-            raise UsageError(f"thresholds: {family} is {value}, expected a number >= 0")
+from ncmodel.types import (
+    EVERYTHING,
+    FILTERED_FAMILIES,
+    SUGGESTIVE_FADE,
+    Floats,
+    LineFamily,
+    LineSet,
+    Mask,
+    Segments,
+    Threshold,
+)
 
 
-def survivors(lines: LineSet, threshold: float, unit: Unit = "rtsc", p90: float = 1.0) -> Mask:
+def survivors(lines: LineSet, threshold: Threshold) -> Mask:
     """(S,) True for the segments of which `threshold` leaves anything.
 
     Args:
         lines: All lines of a family, at threshold 0.
-        threshold: At least 0, in `unit`.
-        unit: What the threshold is measured in.
-        p90: The 90th percentile of the family's feature map, for the unit "p90".
+        threshold: The family's.
     """
     if lines.family not in FILTERED_FAMILIES:
         return np.ones(len(lines), dtype=np.bool_)
-    limit = _limit(lines, threshold, unit, p90)
+    limit = threshold.limit(lines)
     if math.isinf(limit):
         return np.zeros(len(lines), dtype=np.bool_)
-    if lines.family is LineFamily.SUGGESTIVE and unit == "rtsc":
+    if _suggestive_in_rtsc(lines, threshold):
         excess = lines.feature - limit * lines.denominator
         return np.asarray(((excess >= 0) == (lines.denominator >= 0)).any(axis=1))
-    if unit == "p90" and threshold == 0.0:
+    if threshold.unit == "p90" and threshold.value == 0.0:
         return np.ones(len(lines), dtype=np.bool_)
     return np.asarray((lines.feature > limit).any(axis=1))
 
 
-def fade(lines: LineSet, threshold: float, unit: Unit = "rtsc", p90: float = 1.0) -> Segments:
+def fade(lines: LineSet, threshold: Threshold = EVERYTHING) -> Segments:
     """The pieces of lines that a threshold leaves, with their opacity.
 
     Args:
         lines: All lines of a family, at threshold 0.
-        threshold: At least 0, in `unit`.
-        unit: What the threshold is measured in.
-        p90: The 90th percentile of the family's feature map, for the unit "p90".
+        threshold: The family's.
     """
-    kept = lines.take(survivors(lines, threshold, unit, p90))
+    kept = lines.take(survivors(lines, threshold))
     if lines.family not in FILTERED_FAMILIES:
         alpha = np.ones_like(kept.feature)
-    elif lines.family is LineFamily.SUGGESTIVE and unit == "rtsc":
-        kept, alpha = _fade_suggestive(kept, threshold / lines.scale)
+    elif _suggestive_in_rtsc(lines, threshold):
+        kept, alpha = _fade_suggestive(kept, threshold.limit(lines))
     else:
-        limit = _limit(lines, threshold, unit, p90)
-        if unit == "p90":
+        limit = threshold.limit(lines)
+        if threshold.unit == "p90":
             kept = _cut(kept, kept.feature - limit)
         alpha = _inverse_fade(kept.feature, limit)
     return Segments(lines.family, kept.points, alpha, kept.face)
 
 
-def _limit(lines: LineSet, threshold: float, unit: Unit, p90: float) -> float:
-    """The feature value where `threshold` makes a line vanish."""
-    return threshold * p90 if unit == "p90" else threshold / lines.scale
+def _suggestive_in_rtsc(lines: LineSet, threshold: Threshold) -> bool:
+    return lines.family is LineFamily.SUGGESTIVE and threshold.unit == "rtsc"
 
 
 def _inverse_fade(feature: Floats, limit: float) -> Floats:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError
 from ncmodel.types import LineFamily, Stroke
 
 WIDTH = 2.5
@@ -27,6 +27,31 @@ _GROUPS = ("image", "valleys", "ridges", "suggestive", "apparent", "creases", "b
 _WHITE, _BLACK = (255, 255, 255), (0, 0, 0)
 _NAMED = {"white": _WHITE, "black": _BLACK}
 _LUMA = (0.299, 0.587, 0.114)
+
+
+def page_scale(width: int, height: int) -> float:
+    """How much larger lengths are than those stated for a picture whose shorter side is `REFERENCE_SIDE`."""
+    return min(width, height) / REFERENCE_SIDE
+
+
+def line_width(family: str, width: int, height: int, at_reference: float = WIDTH) -> float:
+    """The width of a family's lines in a picture, pixels.
+
+    Args:
+        family: Its name.
+        width: Of the picture, pixels.
+        height: Likewise.
+        at_reference: Width of lines where the shorter side is `REFERENCE_SIDE`.
+    """
+    return at_reference * RELATIVE_WIDTH.get(family, 1.0) * page_scale(width, height)
+
+
+def legible_width(width: int, height: int) -> float:
+    """The line width, stated for `REFERENCE_SIDE`, at which no line of a small picture is thinner than a pixel.
+
+    It is `WIDTH` from 384 pixels on.
+    """
+    return max(WIDTH, 1.0 / (min(RELATIVE_WIDTH.values()) * page_scale(width, height)))
 
 
 Colour = tuple[int, int, int]
@@ -47,7 +72,7 @@ class Picture:
         title: What is shown.
 
     Raises:
-        UsageError: The line width isn't a positive number, or the background is none of these.
+        ArgumentError: The line width isn't a positive number, or the background is none of these.
     """
 
     width: int
@@ -59,13 +84,12 @@ class Picture:
 
     def __post_init__(self) -> None:
         if not 0.0 < self.line_width < np.inf:
-            raise UsageError(f"--width: found {self.line_width}, expected a positive number of pixels")
+            raise ArgumentError("width", str(self.line_width), "a positive number of pixels")
         colour(self.background)
 
     def width_of(self, family: str) -> float:
         """The width of a family's lines, in this picture's pixels."""
-        scale = min(self.width, self.height) / REFERENCE_SIDE
-        return self.line_width * RELATIVE_WIDTH.get(family, 1.0) * scale
+        return line_width(family, self.width, self.height, self.line_width)
 
     @property
     def inks(self) -> tuple[Colour, Colour]:
@@ -95,7 +119,7 @@ def colour(name: str | None) -> Colour | None:
     """The colour of that name; None for None and "transparent".
 
     Raises:
-        UsageError: `name` isn't a colour.
+        ArgumentError: `name` isn't a colour.
     """
     if name is None or name == "transparent":
         return None
@@ -104,4 +128,4 @@ def colour(name: str | None) -> Colour | None:
     if isinstance(name, str) and re.fullmatch("#[0-9a-fA-F]{6}", name):
         value = int(name[1:], 16)
         return value >> 16, value >> 8 & 255, value & 255
-    raise UsageError(f"--background: found {name!r}, expected #rrggbb, white, black or transparent")
+    raise ArgumentError("background", repr(name), "#rrggbb, white, black or transparent")

@@ -1,11 +1,17 @@
 """Drawings as pixels: their ink, and PNG files."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
-from ncmodel.export.page import Picture
+from ncmodel.camera import Camera
+from ncmodel.export.page import WIDTH, Picture
 from ncmodel.export.rasterize import draw_segments
-from ncmodel.types import Image
+from ncmodel.types import Image, Stroke
+
+PNG_LEVEL = 4
+"""Of compression: drawings are written while somebody waits."""
 
 
 def ink(picture: Picture) -> Image:
@@ -18,12 +24,17 @@ def ink(picture: Picture) -> Image:
     return image
 
 
+def strokes_ink(strokes: Sequence[Stroke], camera: Camera, width: float = WIDTH) -> Image:
+    """(H, W) ink of strokes in a camera's picture, as drawings have them; `width` as `Picture.line_width`."""
+    return ink(Picture(camera.width, camera.height, strokes, width))
+
+
 def png(picture: Picture) -> bytes:
     """A PNG file: grey on white, colours on a background, or black with transparency."""
-    import cv2
+    from ncmodel.images import png_bytes
 
     cover = ink(picture)
-    paper, line = (np.array(c[::-1], dtype=np.float32) / 255 for c in picture.inks)
+    paper, line = (np.array(c, dtype=np.float32) / 255 for c in picture.inks)
     if picture.background == "transparent":
         pixels = np.zeros((*cover.shape, 4), dtype=np.uint8)
         pixels[..., 3] = _bytes(cover)
@@ -31,7 +42,7 @@ def png(picture: Picture) -> bytes:
         pixels = _bytes(paper[0] + cover * (line[0] - paper[0]))
     else:
         pixels = _bytes(paper + cover[..., None] * (line - paper))
-    return bytes(cv2.imencode(".png", pixels, [cv2.IMWRITE_PNG_COMPRESSION, 4])[1])
+    return png_bytes(pixels, PNG_LEVEL)
 
 
 def _bytes(values: NDArray[np.floating]) -> NDArray[np.uint8]:

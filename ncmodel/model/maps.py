@@ -9,15 +9,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ncmodel.export.rasterize import draw_features, draw_segments
+from ncmodel.drawing.draw import shortest_stroke, strokes_of
+from ncmodel.drawing.strokes import without_dots
+from ncmodel.drawing.thresholding import fade
+from ncmodel.export.page import line_width
+from ncmodel.export.png import strokes_ink
+from ncmodel.export.rasterize import draw_features
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed
 from ncmodel.types import FILTERED_FAMILIES, Floats, Image, LineFamily
-
-LINE_WIDTH = 2.5
-"""Pixels, in a picture whose shorter side is 768."""
-
-PERCENTILE = 90.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +25,7 @@ class LineMaps:
     """The maps of equations 1-5 for one view. Families that weren't asked for have empty maps.
 
     Attributes:
-        lines: (4, H, W) ink of S, R, V, A: visible lines at threshold 0, unfaded.
+        lines: (4, H, W) ink of S, R, V, A: visible lines at threshold 0, unfaded, as wide as they are drawn.
         features: (4, H, W) what filters them, in units of `p90`: the feature that the line itself carries, so that
             I_G(t) is the drawing of the vector lines at t; 0 where there is no line.
         contours: (H, W) ink of I_C.
@@ -52,21 +52,11 @@ def line_maps(view: View, families: Sequence[LineFamily] = FILTERED_FAMILIES) ->
     p90 = np.ones(len(FILTERED_FAMILIES))
     for index, family in enumerate(FILTERED_FAMILIES):
         if family in families:
-            p90[index] = feature_percentile(view, family)
-            lines[index], carried = _draw_unfiltered(view, family)
+            p90[index] = view.feature_percentile(family)
+            lines[index], carried = unfiltered(view, family)
             features[index] = np.maximum(carried / p90[index], 0.0)
     contours, boundaries = (_draw(view, family) for family in (LineFamily.CONTOURS, LineFamily.BOUNDARIES))
     return LineMaps(lines, features, contours, boundaries, p90)
-
-
-def feature_percentile(view: View, family: LineFamily) -> float:
-    """The unit of a filtered family's thresholds: the 90th percentile of the positive values of its feature map.
-
-    1 where no seen pixel has a positive value: no threshold then matters.
-    """
-    values = view.feature_map(family)
-    positive = values[values > 0]
-    return float(np.percentile(positive, PERCENTILE)) if positive.size else 1.0
 
 
 def network_maps(view: View) -> Image:
@@ -74,24 +64,21 @@ def network_maps(view: View) -> Image:
     return np.concatenate([view.depth[None], view.shaded])
 
 
-def line_width(view: View) -> float:
-    """Width of lines in a view's own pixels."""
-    return LINE_WIDTH * min(view.camera.width, view.camera.height) / 768
-
-
 def _draw(view: View, family: LineFamily) -> Image:
-    """(H, W) ink of a family's visible lines."""
-    visible = view.visible(family)
-    points = view.camera.project(visible.points)[..., :2]
+    """(H, W) ink of the strokes of a family that no threshold filters."""
+    strokes = strokes_of(view, fade(view.visible(family)))
     with timed(view.trace, "line_maps"):
-        shape = (view.camera.height, view.camera.width)
-        return draw_segments(points, np.ones(points.shape[:2]), line_width(view), shape)
+        return strokes_ink(strokes, view.camera)
 
 
-def _draw_unfiltered(view: View, family: LineFamily) -> tuple[Image, Image]:
-    """(H, W) ink of a family's visible lines, and the feature that they carry."""
-    visible = view.visible(family)
-    points = view.camera.project(visible.points)[..., :2]
+def unfiltered(view: View, family: LineFamily) -> tuple[Image, Image]:
+    """(H, W) ink of a family's visible lines at threshold 0, and the feature that they carry.
+
+    Segments are drawn instead of the strokes made of them, which carry no feature; but none that strokes leave out.
+    """
+    camera = view.camera
+    lines = without_dots(view.visible(family), camera, shortest_stroke(family, camera))
+    points = camera.project(lines.points)[..., :2]
     with timed(view.trace, "line_maps"):
-        shape = (view.camera.height, view.camera.width)
-        return draw_features(points, np.ones(points.shape[:2]), visible.feature, line_width(view), shape)
+        width, shape = line_width(family, camera.width, camera.height), (camera.height, camera.width)
+        return draw_features(points, np.ones(points.shape[:2]), lines.feature, width, shape)

@@ -6,20 +6,20 @@ networks offers what is left.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
 import torch
 
-from ncmodel.errors import UsageError
-from ncmodel.export.rasterize import draw_segments
+from ncmodel.drawing.plan import Plan
+from ncmodel.errors import ArgumentError, UsageError
+from ncmodel.export.png import strokes_ink
 from ncmodel.model.letterbox import Square
-from ncmodel.model.maps import LINE_WIDTH, line_maps, network_maps
+from ncmodel.model.maps import line_maps, network_maps
 from ncmodel.model.ridge_detection import find_ridges, polylines
 from ncmodel.model.score import DrawingScore
-from ncmodel.model.threshold_search import Budget, Optimum, budget_named, optimise
+from ncmodel.model.threshold_search import Budget, budget_named, optimise
 from ncmodel.nets.blocks import threads_for
 from ncmodel.nets.checkpoints import Checkpoint, load_checkpoint
 from ncmodel.nets.presets import BACKGROUND
@@ -35,27 +35,6 @@ lines are as thin. Larger and smaller drawings get the thresholds chosen at this
 
 LONGEST_SIDE = 4 * SEEN_SIDE
 """Longer side that such a picture has at most."""
-
-
-@dataclass(frozen=True, eq=False)
-class Choice:
-    """What the model draws of a view.
-
-    Attributes:
-        variant: "full", "geometry" or "image": what actually took part.
-        families: The mesh's families to draw.
-        thresholds: In units of the 90th percentile; None where a family is left out.
-        p90: Family -> the 90th percentile that is the unit of its threshold.
-        strokes: The image branch's lines I_L, in the view's pixels.
-        optimum: How the thresholds were found; None for the image branch alone.
-    """
-
-    variant: Variant
-    families: tuple[LineFamily, ...]
-    thresholds: Thresholds
-    p90: dict[LineFamily, float]
-    strokes: tuple[Stroke, ...]
-    optimum: Optimum | None
 
 
 class Model:
@@ -87,7 +66,7 @@ class Model:
         variant: Variant | None = None,
         budget: Budget | str = "balanced",
         families: Sequence[LineFamily] = FILTERED_FAMILIES,
-    ) -> Choice:
+    ) -> Plan:
         """Decide what to draw of a view.
 
         Args:
@@ -96,21 +75,24 @@ class Model:
             budget: How thoroughly thresholds are searched: "draft", "balanced", "accurate", or a budget of your own.
             families: The filtered families that may be drawn.
 
+        Returns:
+            The plan, its thresholds in units of the 90th percentiles.
+
         Raises:
             UsageError: The model lacks a network that the variant needs, or there is no such budget.
         """
         budget = budget_named(budget) if isinstance(budget, str) else budget
         variant = variant or self.variants[0]
         if variant not in self.variants:
-            raise UsageError(f"variant: found {variant!r}, this model offers {', '.join(self.variants)}")
+            raise ArgumentError("variant", repr(variant), f"one of {', '.join(self.variants)}, which this model offers")
         seen = _as_seen(view)
         maps = network_maps(seen)
         strokes = () if variant == "geometry" else self._image_lines(maps, seen)
-        choice = Choice(variant, (), Thresholds(None, None, None, None, unit="p90"), {}, strokes, None)
+        plan = Plan((), Thresholds(None, None, None, None, unit="p90"), strokes)
         if variant != "image":
-            choice = self._with_geometry(choice, seen, maps, budget, families)
+            plan = self._with_geometry(plan, seen, maps, budget, families)
         scale = view.camera.width / seen.camera.width
-        return replace(choice, strokes=tuple(replace(s, points=s.points * scale) for s in choice.strokes))
+        return replace(plan, strokes=tuple(replace(s, points=s.points * scale) for s in plan.strokes))
 
     def probability(self, maps: Image) -> Image:
         """(S, S) line probability that the image branch sees in (7, H, W) maps, at its own resolution.
@@ -135,13 +117,13 @@ class Model:
             return polylines(find_ridges(probability), square)
 
     def _with_geometry(
-        self, choice: Choice, seen: View, maps: Image, budget: Budget, families: Sequence[LineFamily]
-    ) -> Choice:
-        """The choice with thresholds and families decided by the ranking module."""
+        self, plan: Plan, seen: View, maps: Image, budget: Budget, families: Sequence[LineFamily]
+    ) -> Plan:
+        """The plan with thresholds and families decided by the ranking module."""
         ranker = self.checkpoint.ranker
         assert ranker is not None
         lines = line_maps(seen, families)
-        image = _drawn(choice.strokes, seen) if choice.strokes else None
+        image = strokes_ink(plan.strokes, seen.camera) if plan.strokes else None
         with timed(seen.trace, "threshold_search"), threads_for(ranker.dims.width):
             score = DrawingScore(ranker, maps, lines, image, budget.mirrored)
             optimum = optimise(score, budget)
@@ -150,10 +132,15 @@ class Model:
             # From the largest feature on, a threshold leaves no line: the family is off.
             if optimum.present[index] and optimum.thresholds[index] < score.level(index, 0.0):
                 chosen[family] = optimum.thresholds[index]
-        thresholds = choice.thresholds.with_values(**{family.value: t for family, t in chosen.items()})
-        kept = [LineFamily.CONTOURS, *([LineFamily.BOUNDARIES] if optimum.boundaries else []), *chosen]
         p90 = {family: float(lines.p90[index]) for index, family in enumerate(FILTERED_FAMILIES)}
-        return replace(choice, families=tuple(kept), thresholds=thresholds, p90=p90, optimum=optimum)
+        return Plan(
+            families=(LineFamily.CONTOURS, *([LineFamily.BOUNDARIES] if optimum.boundaries else []), *chosen),
+            thresholds=replace(plan.thresholds, p90=p90).with_values(**{f.value: t for f, t in chosen.items()}),
+            strokes=plan.strokes,
+            score=optimum.score,
+            evaluations=optimum.evaluations,
+            converged=optimum.converged,
+        )
 
 
 def load_model(path: str | Path) -> Model:
@@ -174,10 +161,3 @@ def _as_seen(view: View) -> View:
     if (width, height) == (camera.width, camera.height):
         return view
     return View(view.surface, camera.resized(width, height), view.crease_angle)
-
-
-def _drawn(strokes: Sequence[Stroke], seen: View) -> Image:
-    """(H, W) ink of strokes."""
-    points = np.concatenate([np.stack([s.points[:-1], s.points[1:]], axis=1) for s in strokes])
-    alpha = np.concatenate([np.stack([s.alpha[:-1], s.alpha[1:]], axis=1) for s in strokes])
-    return draw_segments(points, alpha, LINE_WIDTH, (seen.camera.height, seen.camera.width))

@@ -32,7 +32,7 @@ RAGGED = math.radians(20.0)
 median), are bits of a rounded edge."""
 
 
-def parted(surface: Surface, angle_degrees: float) -> Surface:
+def split_at_creases(surface: Surface, angle_degrees: float) -> Surface:
     """The surface parted at its `crease_lines`; `surface` itself if it has none.
 
     It is made once for each angle.

@@ -26,7 +26,7 @@ NEAR = 1e-9
 """Object-space distance below which surfaces lie on each other, neither of them within the other."""
 
 
-def outward(surface: Surface, eye: tuple[float, float, float] | None = None) -> Surface:
+def turn_outwards(surface: Surface, eye: tuple[float, float, float] | None = None) -> Surface:
     """The surface with the fronts of its faces outwards; `surface` itself if they are.
 
     Args:

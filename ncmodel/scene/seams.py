@@ -13,7 +13,7 @@ from ncmodel.tracing import timed
 from ncmodel.types import Ints, Mesh
 
 
-def sewn(surface: Surface) -> Surface:
+def sew_seams(surface: Surface) -> Surface:
     """The surface with vertices on borders merged where their positions are equal; `surface` itself if none are."""
     if surface.is_closed:
         return surface

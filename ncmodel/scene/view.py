@@ -12,6 +12,9 @@ from ncmodel.scene.surface import CREASE_ANGLE, Surface
 from ncmodel.tracing import stage, timed
 from ncmodel.types import Floats, Image, LineFamily, LineSet, ViewBuffers
 
+PERCENTILE = 90.0
+"""Of a feature map: the unit of t in equations 1-4."""
+
 
 class View:
     """The view-dependent quantities of a surface, per vertex unless said otherwise; computed once, when asked for.
@@ -125,6 +128,15 @@ class View:
             with timed(self.trace, f"feature_map_{family}"):
                 self._feature_maps[family] = shading.interpolate(buffers, self.surface.faces, values)
         return self._feature_maps[family]
+
+    def feature_percentile(self, family: LineFamily) -> float:
+        """The unit of a filtered family's thresholds in the paper: the 90th percentile of its positive feature values.
+
+        1 where no seen pixel has a positive value: no threshold then matters.
+        """
+        values = self.feature_map(family)
+        positive = values[values > 0]
+        return float(np.percentile(positive, PERCENTILE)) if positive.size else 1.0
 
     def lines(self, family: LineFamily) -> LineSet:
         """All lines of a family at threshold 0, hidden ones included (docs/geometry.md 7-10)."""

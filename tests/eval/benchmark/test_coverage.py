@@ -17,7 +17,7 @@ from ncmodel.drawing.draw import draw
 from ncmodel.geometry.raycast import RayScene
 from ncmodel.mesh.load import load_mesh, make_mesh
 from ncmodel.report.text import text_table
-from ncmodel.scene.seams import sewn
+from ncmodel.scene.seams import sew_seams
 from ncmodel.scene.surface import Surface
 from ncmodel.types import Floats, Ints, Mesh
 from tests.helpers import analytic
@@ -70,7 +70,7 @@ def test_drawings_agree_with_rays(name: str) -> None:
 
 @pytest.mark.slow
 def test_all_shapes_agree_with_rays() -> None:
-    files = [sewn(Surface(load_mesh(path))) for path in bundled_meshes(BUNDLED)]
+    files = [sew_seams(Surface(load_mesh(path))) for path in bundled_meshes(BUNDLED)]
     made = [*map(surface_of, MADE), *(Surface(make_shape(kind, 0)) for kind in KINDS)]
     rows = mean_coverage(measure_coverage([*files, *made], lambda _: None))
     print(text_table(coverage_rows(rows)))  # noqa: T201

@@ -152,13 +152,13 @@ def test_one_bad_mesh_does_not_stop_the_others(mesh: Path, tmp_path: Path, capsy
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--thresholds", "contours=1"), "--thresholds: found 'contours=1'"),
+        (("--thresholds", "contours=1"), "--thresholds: found 'contours', expected FAMILY=VALUE"),
         (("--thresholds", "ridges"), "--thresholds: found 'ridges'"),
-        (("--thresholds", "ridges=much"), "--thresholds: ridges is 'much', expected a number or off"),
-        (("--thresholds", "ridges=-1"), "ridges is -1.0, expected a number >= 0"),
-        (("--thresholds", "ridges=nan"), "ridges is nan, expected a number >= 0"),
+        (("--thresholds", "ridges=much"), "--thresholds: found ridges=much, expected a number or off"),
+        (("--thresholds", "ridges=-1"), "--thresholds: found ridges=-1.0, expected a number >= 0"),
+        (("--thresholds", "ridges=nan"), "--thresholds: found ridges=nan, expected a number >= 0"),
         (("--lines", ","), "--lines: found no family"),
-        (("--lines", "hatching"), "--lines: unknown family 'hatching'"),
+        (("--lines", "hatching"), "--lines: found 'hatching'"),
         (("--size", "0"), "size 0 x 0"),
         (("--size", "big"), "--size: found 'big'"),
         (("--width", "0"), "--width: found 0.0"),

@@ -8,6 +8,7 @@ import pytest
 
 from ncmodel.camera import Camera
 from ncmodel.drawing.draw import draw
+from ncmodel.drawing.plan import DEFAULT_FAMILIES
 from ncmodel.errors import MeshError, NeuralContoursError, UsageError
 from ncmodel.mesh.load import make_mesh
 from ncmodel.types import LineFamily, Mesh, Thresholds
@@ -30,11 +31,19 @@ def test_families_in_any_form(lines: Any, torus: Mesh) -> None:
 
 
 def test_thresholds_by_name(torus: Mesh) -> None:
-    drawing = draw(torus, thresholds={"suggestive": 0.5, LineFamily.RIDGES: None}, size=SMALL)
-    assert drawing.plan.thresholds == Thresholds(suggestive=0.5, ridges=None)
+    for values in ({"suggestive": 0.5, LineFamily.RIDGES: None}, "suggestive=0.5,ridges=off"):
+        drawing = draw(torus, thresholds=values, size=SMALL)
+        assert drawing.plan.thresholds == Thresholds(suggestive=0.5, ridges=None)
 
 
-@pytest.mark.parametrize("size", [SMALL, (SMALL, SMALL), [48.0, 48], np.array([48, 48]), np.int64(48)])
+@pytest.mark.parametrize("thresholds", [{"ridges": 0.1}, "ridges=0.1"])
+def test_a_family_that_is_given_a_threshold_is_drawn(thresholds: Any, torus: Mesh) -> None:
+    assert draw(torus, thresholds=thresholds, size=SMALL).plan.drawn == (*DEFAULT_FAMILIES, LineFamily.RIDGES)
+    assert draw(torus, lines="contours", thresholds=thresholds, size=SMALL).plan.drawn == (LineFamily.CONTOURS,)
+    assert draw(torus, thresholds=Thresholds(), size=SMALL).plan.drawn == DEFAULT_FAMILIES
+
+
+@pytest.mark.parametrize("size", [SMALL, (SMALL, SMALL), [48.0, 48], np.array([48, 48]), np.int64(48), "48", "48x48"])
 def test_sizes(size: Any, torus: Mesh) -> None:
     drawing = draw(torus, lines="contours", size=size)
     assert (drawing.width, drawing.height) == (SMALL, SMALL)
@@ -53,13 +62,13 @@ def test_a_mesh_of_any_size_is_drawn_alike(torus: Mesh) -> None:
         ({"shape": None}, "shape: found NoneType, expected a file's path, a Surface or a Mesh"),
         ({"shape": np.zeros((3, 3))}, "shape: found ndarray, .* which make_mesh makes of arrays"),
         ({"lines": 3}, "lines: found 3, expected some of contours"),
-        ({"lines": [None]}, "lines: unknown family None"),
+        ({"lines": [None]}, "lines: found None, expected some of contours"),
         ({"thresholds": 0.1}, "thresholds: found float, expected Thresholds or a dictionary"),
-        ({"thresholds": {"contours": 0.1}}, "thresholds: found 'contours', expected some of suggestive"),
-        ({"thresholds": {"ridges": "much"}}, "thresholds: ridges: found 'much', expected a number >= 0"),
+        ({"thresholds": {"contours": 0.1}}, "thresholds: found 'contours', expected FAMILY=VALUE with suggestive"),
+        ({"thresholds": {"ridges": "much"}}, "thresholds: found ridges='much', expected a number >= 0"),
         ({"camera": "camera.json"}, r"camera: found str, expected a Camera \(Camera.load reads a file\)"),
         ({"model": "model.safetensors"}, "model: found str, expected what load_model returns"),
-        ({"size": "512"}, "size: found '512', expected pixels, or a width and a height"),
+        ({"size": "512 pixels"}, "size: found '512 pixels', expected pixels, N or WxH"),
         ({"size": (10.5, 10)}, "size: found"),
         ({"size": (1, 2, 3)}, "size: found"),
         ({"azimuth": "30"}, "azimuth: found '30', expected degrees"),

@@ -4,7 +4,6 @@ import itertools
 import subprocess
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,8 @@ import pytest
 import ncmodel
 from ncmodel.camera import Camera
 from ncmodel.drawing.draw import draw
-from ncmodel.drawing.drawing import DEFAULT_FAMILIES, Drawing
+from ncmodel.drawing.drawing import Drawing
+from ncmodel.drawing.plan import DEFAULT_FAMILIES, Plan
 from ncmodel.errors import InputError, MeshError, UsageError
 from ncmodel.mesh.load import load_mesh, make_mesh
 from ncmodel.scene.surface import Surface
@@ -227,9 +227,12 @@ def test_any_mesh(geometry: tuple[Any, Any]) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"lines": ["contours", "hatching"]}, "unknown family 'hatching', expected some of contours, boundaries"),
-        ({"thresholds": Thresholds(suggestive=float("nan"))}, "suggestive is nan, expected a number >= 0"),
-        ({"thresholds": Thresholds(apparent=-1.0)}, "apparent is -1.0, expected a number >= 0"),
+        ({"lines": ["contours", "hatching"]}, "lines: found 'hatching', expected some of contours,boundaries"),
+        (
+            {"thresholds": Thresholds(suggestive=float("nan"))},
+            "thresholds: found suggestive=nan, expected a number >= 0",
+        ),
+        ({"thresholds": Thresholds(apparent=-1.0)}, "thresholds: found apparent=-1.0, expected a number >= 0"),
         ({"preset": "best"}, "preset: found 'best', expected one of draft, balanced, accurate"),
         ({"tolerance": -1.0}, "tolerance: found -1.0, expected pixels >= 0"),
         ({"tolerance": float("nan")}, "tolerance: found nan, expected pixels >= 0"),
@@ -253,30 +256,15 @@ def test_wrong_files(tmp_path: Path, torus: Mesh) -> None:
         drawing.save(tmp_path / "nowhere" / "a.svg")
 
 
-@dataclass
-class FakeOptimum:
-    score: float = 3.5
-    evaluations: int = 17
-
-
-@dataclass
-class FakeChoice:
-    families: tuple[LineFamily, ...]
-    thresholds: Thresholds
-    p90: dict[LineFamily, float]
-    strokes: tuple[Stroke, ...]
-    optimum: FakeOptimum | None = field(default_factory=FakeOptimum)
-
-
 class FakeModel:
     """Chooses contours and apparent ridges, and adds a stroke."""
 
-    def choose(self, view: object, budget: str, families: Sequence[LineFamily]) -> FakeChoice:
+    def choose(self, view: object, budget: str, families: Sequence[LineFamily]) -> Plan:
         self.budget, self.families = budget, tuple(families)
-        thresholds = Thresholds(None, None, None, 0.3, unit="p90")
+        thresholds = Thresholds(None, None, None, 0.3, unit="p90", p90={LineFamily.APPARENT: 2.0})
         extra = Stroke("image", np.array([[10.0, 10.0], [90.0, 50.0]]), np.ones(2))
         chosen = (LineFamily.CONTOURS, LineFamily.APPARENT)
-        return FakeChoice(chosen, thresholds, {LineFamily.APPARENT: 2.0}, (extra,))
+        return Plan(chosen, thresholds, (extra,), score=3.5, evaluations=17)
 
 
 def drawn_by(model: Any, shape: Mesh, **options: Any) -> Drawing:

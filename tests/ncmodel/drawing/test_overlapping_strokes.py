@@ -5,7 +5,7 @@ import pytest
 
 from eval.measures.metrics import Lines, compare_lines
 from ncmodel.drawing.draw import draw
-from ncmodel.drawing.overlapping_strokes import without_retraced
+from ncmodel.drawing.overlapping_strokes import drop_overlapping
 from ncmodel.mesh.load import make_mesh
 from ncmodel.types import LineFamily, Stroke
 from tests.helpers import analytic
@@ -26,8 +26,8 @@ LONG = stroke((0, 0), (60.5, 3), (100, 40))
 @pytest.mark.parametrize("turn", [1, -1])
 def test_a_stroke_along_a_longer_one_goes(aside: float, turn: int) -> None:
     twin = stroke(*[(x, y + aside) for x, y in ((5.3, 5.3 * 3 / 60.5), (60.5, 3))][::turn])
-    assert without_retraced([twin, LONG], 0.25) == (LONG,)
-    assert without_retraced([LONG, stroke((58, 2.88), (60.5, 3))], 0.25) == (LONG,)
+    assert drop_overlapping([twin, LONG], 0.25) == (LONG,)
+    assert drop_overlapping([LONG, stroke((58, 2.88), (60.5, 3))], 0.25) == (LONG,)
 
 
 @pytest.mark.parametrize(
@@ -40,18 +40,18 @@ def test_a_stroke_along_a_longer_one_goes(aside: float, turn: int) -> None:
     ],
 )
 def test_others_stay(other: Stroke) -> None:
-    assert without_retraced([other, LONG], 0.25) == (other, LONG)
+    assert drop_overlapping([other, LONG], 0.25) == (other, LONG)
 
 
 def test_stronger_ink_stays() -> None:
     faint, strong = stroke((0, 0), (100, 0), alpha=0.3), stroke((10, 0), (40, 0), alpha=0.8)
-    assert without_retraced([faint, strong], 0.25) == (faint, strong)
-    assert without_retraced([stroke((0, 0), (100, 0), alpha=0.8), stroke((10, 0), (40, 0), alpha=0.3)], 0.25)[1:] == ()
+    assert drop_overlapping([faint, strong], 0.25) == (faint, strong)
+    assert drop_overlapping([stroke((0, 0), (100, 0), alpha=0.8), stroke((10, 0), (40, 0), alpha=0.3)], 0.25)[1:] == ()
 
 
 def test_what_leaves_a_longer_stroke_is_kept_from_there() -> None:
     fork = Stroke("creases", np.array([(10.0, 0.1), (50.0, 0.1), (50.0, 30.0)]), np.array([0.2, 0.6, 0.9]))
-    kept = without_retraced([stroke((0, 0), (100, 0)), fork], 0.25)
+    kept = drop_overlapping([stroke((0, 0), (100, 0)), fork], 0.25)
     assert len(kept) == 2
     np.testing.assert_allclose(kept[1].points[-2:], fork.points[-2:])
     assert 30.0 < length(kept[1:]) < 33.0
@@ -72,5 +72,5 @@ def test_a_shape_in_a_tight_shell_is_drawn_once() -> None:
 
 
 def test_nothing_is_no_trouble() -> None:
-    assert without_retraced([], 0.25) == ()
-    assert without_retraced([LONG], 0.25) == (LONG,)
+    assert drop_overlapping([], 0.25) == ()
+    assert drop_overlapping([LONG], 0.25) == (LONG,)

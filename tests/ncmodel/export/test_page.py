@@ -252,13 +252,13 @@ def test_numbers_have_no_exponents(width: float) -> None:
 
 @pytest.mark.parametrize("name", ["", "#12345", "#12345g", "123456", "pink", "#-12345"])
 def test_wrong_colours(name: str) -> None:
-    with pytest.raises(UsageError, match="--background: found"):
+    with pytest.raises(UsageError, match="background: found"):
         colour(name)
 
 
 @pytest.mark.parametrize("width", [0.0, -1.0, float("nan"), float("inf")])
 def test_wrong_widths(width: float) -> None:
-    with pytest.raises(UsageError, match="--width: found"):
+    with pytest.raises(UsageError, match="width: found"):
         Picture(10, 10, (), width)
 
 

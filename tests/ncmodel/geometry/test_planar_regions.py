@@ -5,7 +5,7 @@ import pytest
 
 from ncmodel.camera import Camera
 from ncmodel.geometry.planar_regions import flat_faces
-from ncmodel.scene.creases import parted
+from ncmodel.scene.creases import split_at_creases
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
 from ncmodel.types import FILTERED_FAMILIES, Floats, Ints, LineFamily, Mask, Mesh
@@ -45,7 +45,7 @@ def pill() -> Mesh:
 
 
 def test_flats_are_told_from_what_surrounds_them() -> None:
-    mesh = parted(Surface(pill()), 40.0).mesh
+    mesh = split_at_creases(Surface(pill()), 40.0).mesh
     heights = mesh.vertices[mesh.faces][:, :, 1]
     level = np.ptp(heights, axis=1) < 1e-9
     assert level.sum() == 2 * (SIDES - 2)
@@ -63,7 +63,7 @@ def test_facets_of_curved_surfaces_are_not(geometry: tuple[Floats, Ints]) -> Non
 
 @pytest.mark.parametrize("family", FILTERED_FAMILIES)
 def test_lines_of_curvature_keep_off_flats(family: LineFamily) -> None:
-    surface = parted(Surface(pill()), 40.0)
+    surface = split_at_creases(Surface(pill()), 40.0)
     view = View(surface, Camera((1.0, 1.2, 2.0)))
     every, kept = view.lines(family), view.candidates(family)
     flat = flat_faces(surface.mesh.vertices, surface.faces, surface.rings)

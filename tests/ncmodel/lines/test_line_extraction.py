@@ -8,7 +8,7 @@ from ncmodel.drawing.thresholding import fade
 from ncmodel.lines import contours
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
-from ncmodel.types import Floats, LineFamily, LineSet, Mesh
+from ncmodel.types import Floats, LineFamily, LineSet, Mesh, Threshold
 from tests.helpers import analytic, spec_oracle
 from tests.helpers.segments import matched
 from tests.helpers.spec_oracle import Segment
@@ -65,7 +65,7 @@ def test_strength_along_the_segments(view: View, family: str) -> None:
 def test_thresholds_after_extraction_cut_suggestive_contours_as_thresholds_before(threshold: float, view: View) -> None:
     size = view.surface.feature_size
     expected = expected_segments(view, LineFamily.SUGGESTIVE, threshold / size**2)
-    faded = fade(view.lines(LineFamily.SUGGESTIVE), threshold)
+    faded = fade(view.lines(LineFamily.SUGGESTIVE), Threshold(threshold))
     points = np.array([s[1] for s in expected]).reshape(-1, 2, 3)
     face = np.array([s[0] for s in expected], dtype=np.int64)
     assert matched(faded.face, faded.points, face, points, 1e-9) == len(expected) == len(faded)

@@ -12,7 +12,7 @@ from ncmodel.lines.occlusion import HIDDEN, HIDDEN_NEARBY, SEEN
 from ncmodel.lines.visibility import FRAME_MARGIN, _without_flicker
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
-from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mesh, Segments
+from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mesh, Segments, Threshold
 from tests.helpers import analytic
 from tests.helpers.dirty import box, joined
 from tests.ncmodel.geometry.test_raycast import traced
@@ -217,7 +217,7 @@ def test_torus_contours_end_in_cusps_without_dashes(azimuth: float, elevation: f
     """From low on, the inner contour ends in two cusps; whatever the tessellation, what is seen is a few long lines."""
     geometry = analytic.torus(60, 28, twist=28 / 60)
     camera = Camera.orbit(geometry[0], azimuth, elevation)
-    lines = fade(visible(geometry, camera, LineFamily.CONTOURS), 0.0)
+    lines = fade(visible(geometry, camera, LineFamily.CONTOURS), Threshold(0.0))
     drawn = [np.linalg.norm(np.diff(s.points, axis=0), axis=1).sum() for s in strokes(lines, camera)]
     long = [pixels for pixels in drawn if pixels > 5.0]
     assert len(long) == (2 if elevation < 24 else 3)

@@ -5,13 +5,13 @@ import pytest
 import torch
 
 from ncmodel.camera import Camera
-from ncmodel.drawing.thresholding import fade
-from ncmodel.export.rasterize import draw_segments
+from ncmodel.drawing.draw import draw_view
+from ncmodel.drawing.plan import Plan
 from ncmodel.model.filters import line_drawing
-from ncmodel.model.maps import feature_percentile, line_maps, line_width, network_maps
+from ncmodel.model.maps import line_maps, network_maps
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
-from ncmodel.types import FILTERED_FAMILIES, Floats, Image, Ints, LineFamily, Mesh
+from ncmodel.types import FILTERED_FAMILIES, Floats, Image, Ints, LineFamily, Mesh, Thresholds
 from tests.helpers.analytic import monkey_saddle, plane, torus
 
 SIDE = 128
@@ -38,15 +38,11 @@ def geometric_drawing(view: View, thresholds: dict[LineFamily, float]) -> Image:
     return line_drawing(lines, features, torch.from_numpy(always), t)[0].reshape(maps.contours.shape).numpy()
 
 
-def vector_drawing(view: View, thresholds: dict[LineFamily, float]) -> Image:
-    """The same lines as vectors, each faded at its end points, drawn and composited by maximum."""
-    drawn = np.zeros((view.camera.height, view.camera.width), np.float32)
-    for family in (*FILTERED_FAMILIES, LineFamily.CONTOURS, LineFamily.BOUNDARIES):
-        unit = feature_percentile(view, family) if family in FILTERED_FAMILIES else 1.0
-        segments = fade(view.visible(family), thresholds.get(family, 0.0), "p90", unit)
-        points = view.camera.project(segments.points)[..., :2]
-        drawn = draw_segments(points, segments.alpha, line_width(view), drawn.shape, onto=drawn)
-    return drawn
+def drawing_at(view: View, thresholds: dict[LineFamily, float]) -> Image:
+    """What `draw` writes at these thresholds."""
+    values = Thresholds(unit="p90").with_values(**{family.value: t for family, t in thresholds.items()})
+    families = (LineFamily.CONTOURS, LineFamily.BOUNDARIES, *FILTERED_FAMILIES)
+    return draw_view(view, Plan(families, values)).ink()
 
 
 @pytest.mark.parametrize("share", [0.0, 0.2, 0.5, 0.9])
@@ -56,7 +52,7 @@ def test_the_drawing_of_the_maps_is_the_drawing_of_the_vectors(bumpy: View, shar
     for family, ink, feature in zip(FILTERED_FAMILIES, maps.lines, maps.features, strict=True):
         strong = feature[ink > 0.3]
         thresholds[family] = float(np.quantile(strong, share)) if strong.size else 0.0
-    by_maps, by_vectors = geometric_drawing(bumpy, thresholds), vector_drawing(bumpy, thresholds)
+    by_maps, by_vectors = geometric_drawing(bumpy, thresholds), drawing_at(bumpy, thresholds)
     assert by_vectors.sum() > 100
     # Where lines cross, a pixel carries the feature of one of them only.
     assert np.abs(by_maps - by_vectors).mean() < 0.004
@@ -83,7 +79,7 @@ def test_maps_barely_depend_on_resolution(bumpy: View) -> None:
     """Thresholds chosen at one size serve another."""
     fine = View(bumpy.surface, bumpy.camera.resized(4 * SIDE, 4 * SIDE))
     for family in FILTERED_FAMILIES:
-        assert feature_percentile(fine, family) == pytest.approx(feature_percentile(bumpy, family), rel=0.05)
+        assert fine.feature_percentile(family) == pytest.approx(bumpy.feature_percentile(family), rel=0.05)
     coarse, shrunk = line_maps(bumpy), line_maps(fine)
     averaged = shrunk.lines.reshape(4, SIDE, 4, SIDE, 4).mean(axis=(2, 4))
     np.testing.assert_allclose(averaged.sum(axis=(1, 2)), coarse.lines.sum(axis=(1, 2)), rtol=0.05)

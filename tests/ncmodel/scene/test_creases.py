@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ncmodel.camera import Camera
-from ncmodel.scene.creases import crease_lines, parted
+from ncmodel.scene.creases import crease_lines, split_at_creases
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
 from ncmodel.types import Floats, Ints, LineFamily, Mesh
@@ -32,7 +32,7 @@ def can(sides: int = 48, radius: float = 0.3, height: float = 1.0) -> Geometry:
 
 def test_cube_falls_into_six_sides() -> None:
     whole = surface(analytic.cube())
-    parts = parted(whole, 40.0)
+    parts = split_at_creases(whole, 40.0)
     assert len(parts.mesh.vertices) == 24
     np.testing.assert_allclose(parts.mesh.vertices[parts.faces], whole.mesh.vertices[whole.faces])
     np.testing.assert_allclose(np.abs(parts.normals).max(axis=1), 1.0)
@@ -43,18 +43,18 @@ def test_cube_falls_into_six_sides() -> None:
 @pytest.mark.parametrize("geometry", [analytic.icosphere(3), analytic.torus(32, 16), analytic.plane(4)])
 def test_smooth_surfaces_are_left_alone(geometry: Geometry) -> None:
     whole = surface(geometry)
-    assert parted(whole, 40.0) is whole
+    assert split_at_creases(whole, 40.0) is whole
 
 
 def test_angle_decides() -> None:
     folded = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 1], [2, 1, 1]], dtype=float)  # by 45 degrees
     faces = np.array([[0, 1, 2], [0, 2, 3], [1, 4, 5], [1, 5, 2]])
-    assert len(parted(surface((folded, faces)), 44.0).mesh.vertices) == 8
-    assert len(parted(surface((folded, faces)), 46.0).mesh.vertices) == 6
+    assert len(split_at_creases(surface((folded, faces)), 44.0).mesh.vertices) == 8
+    assert len(split_at_creases(surface((folded, faces)), 46.0).mesh.vertices) == 6
 
 
 def test_can_has_round_sides_and_flat_caps() -> None:
-    parts = parted(surface(can()), 40.0)
+    parts = split_at_creases(surface(can()), 40.0)
     on_rim = np.abs(np.abs(parts.mesh.vertices[:, 1]) - 0.5) < 1e-9
     upright = np.abs(parts.normals[:, 1])
     assert (np.isclose(upright, 1.0, atol=1e-9) | np.isclose(upright, 0.0, atol=1e-9))[on_rim].all()
@@ -65,7 +65,7 @@ def test_can_has_round_sides_and_flat_caps() -> None:
 
 def test_can_is_outlined_by_two_straight_contours() -> None:
     camera = Camera((0.0, 1.0, 4.0))
-    lines = View(parted(surface(can()), 40.0), camera).visible(LineFamily.CONTOURS)
+    lines = View(split_at_creases(surface(can()), 40.0), camera).visible(LineFamily.CONTOURS)
     assert np.linalg.norm(lines.points[:, 1] - lines.points[:, 0], axis=1).sum() == pytest.approx(2.0, rel=0.02)
     assert np.ptp(np.abs(lines.points[..., 0])) < 0.01
 
@@ -99,7 +99,7 @@ def test_weak_zigzags_are_no_lines_and_strong_ones_are(height: float, drawn: int
     middle = bent.creases(40.0)
     assert len(middle) == 20
     assert len(crease_lines(bent, 40.0)) == drawn
-    assert (parted(bent, 40.0) is bent) == (drawn == 0)
+    assert (split_at_creases(bent, 40.0) is bent) == (drawn == 0)
     view = View(bent, Camera((0.5, 0.0, 4.0), target=(0.5, 0.0, 0.0)), 40.0)
     assert len(view.lines(LineFamily.CREASES)) == 20
     assert len(view.candidates(LineFamily.CREASES)) == drawn
@@ -118,7 +118,7 @@ def test_weak_lines_that_run_straight_stay() -> None:
 
 def test_what_belongs_to_the_whole_stays() -> None:
     whole = surface(analytic.cube())
-    parts = parted(whole, 40.0)
+    parts = split_at_creases(whole, 40.0)
     assert parts.is_closed
     assert len(parts.boundary_edges) == 0
     assert len(parts.creases(40.0)) == 12
@@ -129,7 +129,7 @@ def test_what_belongs_to_the_whole_stays() -> None:
 def test_two_sided_sheets_keep_a_normal_a_side() -> None:
     sheet = analytic.plane(3)
     both = surface((sheet[0], np.concatenate([sheet[1], inside_out(sheet)[1]])))
-    parts = parted(both, 40.0)
+    parts = split_at_creases(both, 40.0)
     assert len(parts.mesh.vertices) == 2 * len(sheet[0])
     facing = parts.normals[parts.faces][:, :, 2]
     np.testing.assert_allclose(facing[: len(sheet[1])], 1.0)
@@ -150,7 +150,10 @@ def test_two_sided_sheets_have_creases_at_bends_and_borders_only() -> None:
 def test_parts_do_not_depend_on_the_order_of_faces() -> None:
     geometry = joined(can(), analytic.cube())
     order = np.random.default_rng(0).permutation(len(geometry[1]))
-    one, other = parted(surface(geometry), 40.0), parted(surface((geometry[0], geometry[1][order])), 40.0)
+    one, other = (
+        split_at_creases(surface(geometry), 40.0),
+        split_at_creases(surface((geometry[0], geometry[1][order])), 40.0),
+    )
     np.testing.assert_allclose(one.normals[one.faces][order], other.normals[other.faces], atol=1e-12)
 
 
@@ -158,6 +161,6 @@ def test_degenerate_faces_and_edges_of_three_faces_do_no_harm() -> None:
     vertices, faces = can(12)
     fin = np.array([[0.0, 0.8, 0.9]])
     odd = np.concatenate([faces, [[0, 0, 1], [2, 2, 2], [0, 1, len(vertices)]]])
-    parts = parted(surface((np.concatenate([vertices, fin]), odd)), 40.0)
+    parts = split_at_creases(surface((np.concatenate([vertices, fin]), odd)), 40.0)
     assert np.isfinite(parts.normals).all()
     np.testing.assert_array_equal(parts.mesh.vertices[parts.faces[-1]][2], fin[0])

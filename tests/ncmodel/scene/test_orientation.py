@@ -7,7 +7,7 @@ import pytest
 
 from ncmodel.camera import Camera
 from ncmodel.drawing.draw import draw
-from ncmodel.scene.orientation import outward
+from ncmodel.scene.orientation import turn_outwards
 from ncmodel.scene.surface import Surface
 from ncmodel.types import Floats, Ints, LineFamily, Mesh
 from tests.helpers import analytic, extreme_meshes
@@ -69,7 +69,7 @@ KEPT: dict[str, Geometry] = {
 @pytest.mark.parametrize("name", TURNED)
 def test_shells_and_faces_are_turned(name: str) -> None:
     (vertices, faces), (_, expected) = TURNED[name]
-    turned = outward(Surface(Mesh(vertices, faces)))
+    turned = turn_outwards(Surface(Mesh(vertices, faces)))
     swapped = (faces != expected).any(axis=1)
     np.testing.assert_array_equal(np.sort(turned.mesh.faces, axis=1), np.sort(expected, axis=1))
     np.testing.assert_allclose(normals(vertices, turned.mesh.faces), normals(vertices, expected), atol=1e-12)
@@ -84,14 +84,14 @@ def normals(vertices: Floats, faces: Ints) -> Floats:
 @pytest.mark.parametrize("name", KEPT)
 def test_what_is_right_or_has_no_outside_stays(name: str) -> None:
     surface = Surface(Mesh(*KEPT[name]))
-    assert outward(surface) is surface
+    assert turn_outwards(surface) is surface
 
 
 def test_a_room_is_seen_from_within() -> None:
     surface = Surface(Mesh(*reversed_faces(moved(BALL, scale=0.5))))
-    assert outward(surface, (0.1, 0.0, 0.2)) is surface
-    assert outward(surface, (0.45, 0.45, 0.45)) is not surface
-    assert outward(surface, (0.0, 0.0, 3.0)) is not surface
+    assert turn_outwards(surface, (0.1, 0.0, 0.2)) is surface
+    assert turn_outwards(surface, (0.45, 0.45, 0.45)) is not surface
+    assert turn_outwards(surface, (0.0, 0.0, 3.0)) is not surface
 
 
 def test_a_moebius_strip_is_left_with_one_seam() -> None:
@@ -105,7 +105,7 @@ def test_a_moebius_strip_is_left_with_one_seam() -> None:
     after = np.concatenate([n[1:], [60]])
     beyond = np.concatenate([n[1:] + 60, [0]])
     faces = np.concatenate([np.stack([n, after, n + 60], 1), np.stack([after, beyond, n + 60], 1)])
-    strip = outward(Surface(Mesh(np.concatenate(rims), faces)))
+    strip = turn_outwards(Surface(Mesh(np.concatenate(rims), faces)))
     assert len(strip.boundary_edges) == 120 + 2
 
 

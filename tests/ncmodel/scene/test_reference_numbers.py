@@ -12,7 +12,7 @@ from ncmodel.drawing.thresholding import fade
 from ncmodel.mesh.load import load_mesh
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
-from ncmodel.types import LineFamily, Mesh
+from ncmodel.types import LineFamily, Mesh, Threshold
 from tests.helpers.segments import agreement
 
 SCALARS = ("normals", "point_areas", "k1", "k2", "n_dot_v", "kr", "sc_num", "q1")
@@ -65,7 +65,7 @@ def test_feature_size(reference: Reference) -> None:
 def test_lines_at_default_thresholds(reference: Reference, family: str) -> None:
     """One for one: the same faces, end points within 1e-5; and the same opacity."""
     view, expected = reference
-    found = fade(view.lines(LineFamily(family)), DEFAULTS[family])
+    found = fade(view.lines(LineFamily(family)), Threshold(DEFAULTS[family]))
     face, segments = expected[f"default_{family}_face"], expected[f"default_{family}_segments"]
     assert agreement(found.face, found.points, face, segments) >= LEAST_AGREEMENT[family]
     if family != "contours":

@@ -8,7 +8,7 @@ import trimesh
 
 from ncmodel.drawing.draw import draw
 from ncmodel.mesh.load import load_mesh
-from ncmodel.scene.seams import sewn
+from ncmodel.scene.seams import sew_seams
 from ncmodel.scene.surface import Surface
 from ncmodel.types import Floats, Ints, Mesh
 from tests.helpers import analytic
@@ -26,7 +26,7 @@ def test_a_sphere_cut_along_a_seam_is_closed_again() -> None:
     vertices, faces = analytic.sphere()
     cut = cut_at(vertices, faces, np.arange(len(faces) // 3))
     assert len(Surface(cut).boundary_edges) > 10
-    whole = sewn(Surface(cut))
+    whole = sew_seams(Surface(cut))
     assert whole.is_closed
     assert len(whole.mesh.vertices) == len(vertices)
     np.testing.assert_array_equal(whole.mesh.vertices[whole.mesh.faces], cut.vertices[cut.faces])
@@ -39,14 +39,14 @@ def test_closed_shells_and_holes_stay_as_they_are() -> None:
     twice = Mesh(np.concatenate([vertices, vertices]), np.concatenate([faces, faces + len(vertices)]))
     for mesh in (Mesh(vertices, faces), twice, Mesh(vertices, faces[7:])):
         surface = Surface(mesh)
-        assert sewn(surface) is surface
+        assert sew_seams(surface) is surface
 
 
 def test_a_shell_that_touches_a_border_is_not_joined_to_it() -> None:
     vertices, faces = analytic.sphere()
     both = Mesh(np.concatenate([vertices, vertices]), np.concatenate([faces, faces[7:] + len(vertices)]))
     surface = Surface(both)
-    assert sewn(surface) is surface
+    assert sew_seams(surface) is surface
 
 
 @pytest.mark.parametrize("suffix", [".obj", ".ply", ".off"])

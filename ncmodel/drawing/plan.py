@@ -1,0 +1,45 @@
+"""What a drawing shows: one plan, whoever decides: defaults, a caller, a model, a baseline."""
+
+from dataclasses import dataclass, field
+
+from ncmodel.types import LineFamily, Stroke, Thresholds
+
+DEFAULT_FAMILIES = (
+    LineFamily.CONTOURS,
+    LineFamily.BOUNDARIES,
+    LineFamily.CREASES,
+    LineFamily.SUGGESTIVE,
+    LineFamily.APPARENT,
+)
+"""Drawn unless told otherwise. Ridges and valleys aren't: they show the mesh's roughness before its form."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a drawing shows.
+
+    Attributes:
+        families: The families asked for or chosen; those whose threshold is None are left out.
+        thresholds: Of the filtered families.
+        strokes: Lines that don't come from the mesh: those of a model's image branch, in the view's pixels.
+        score: The model's score of its choice, if one chose.
+        evaluations: How many drawings it scored.
+        converged: Whether its search found that it can't get better.
+    """
+
+    families: tuple[LineFamily, ...] = DEFAULT_FAMILIES
+    thresholds: Thresholds = field(default_factory=Thresholds)
+    strokes: tuple[Stroke, ...] = ()
+    score: float | None = None
+    evaluations: int = 0
+    converged: bool = True
+
+    @property
+    def drawn(self) -> tuple[LineFamily, ...]:
+        """The families that are drawn."""
+        return tuple(family for family in self.families if self.thresholds.value(family) is not None)
+
+    @property
+    def filtered(self) -> dict[str, float | None]:
+        """The name of each filtered family that is drawn -> its threshold."""
+        return {f.value: self.thresholds.value(f) for f in self.drawn if f in self.thresholds.families}
