@@ -10,7 +10,7 @@ import pytest
 import torch
 
 from dataset_tools.votes.votes import Vote, write_votes
-from ncmodel import Camera, draw_shape
+from ncmodel import Camera, draw_shape, load_model
 from ncmodel.images import from_ink, read_grey, write_png
 from ncmodel.nets.blocks import initialise
 from ncmodel.nets.checkpoints import Checkpoint, save_checkpoint
@@ -85,6 +85,8 @@ def test_training_page(folder: Path) -> None:
     names = run_page("training.md")
     assert list(names["curves"].columns) == ["loss", "hinge"]
     assert (folder / "slow.safetensors").exists()
+    assert load_model("logistic.safetensors").variants == ("geometry",)
+    assert len(names["done"].history) == 2
     assert 0.0 <= names["report"].stages[0].validation["accuracy"] <= 1.0
 
 
