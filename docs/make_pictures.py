@@ -33,7 +33,7 @@ LADDERS = {
     LineFamily.APPARENT: (0.01, 0.1, 1.0),
 }
 """Family -> three thresholds, the default in the middle."""
-CREASE_ANGLES = (20.0, 40.0, 100.0)
+CREASE_ANGLES = (20.0, 40.0)
 
 
 def main(folder: Path) -> None:
