@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 import torch
 
-from dataset_tools.votes.votes import Vote, write_votes
 from ncmodel import Camera, draw_shape, load_model
 from ncmodel.images import from_ink, read_grey, write_png
 from ncmodel.nets.blocks import initialise
@@ -55,10 +54,10 @@ def write_model(path: Path) -> None:
 
 def write_some_votes(path: Path) -> None:
     """Two participants' votes, one of whom failed a sentinel."""
-    seen = [("anna", True), ("ben", False)]
-    votes = [Vote(who, who, "q", 1, "cow", "0", 3, False, None, 4.0, "site") for who, _ in seen]
-    sentinels = [Vote(who, who, "q", 2, "cow", "0", 0 if ok else 2, True, ok, 3.0, "site") for who, ok in seen]
-    write_votes(path, [*votes, *sentinels])
+    header = "worker,assignment,questionnaire,question,shape,view,choice,sentinel,passed,seconds,source"
+    rows = ["anna,a,q,1,cow,0,3,0,,4.0,site", "anna,a,q,2,cow,0,0,1,1,3.0,site"]
+    rows += ["ben,b,q,1,cow,0,3,0,,1.0,site", "ben,b,q,2,cow,0,2,1,0,1.0,site"]
+    path.write_text("\n".join([header, *rows, ""]), encoding="utf-8")
 
 
 def test_python_page(folder: Path, bundled: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -74,6 +73,7 @@ def test_python_page(folder: Path, bundled: Path, capsys: pytest.CaptureFixture[
     assert {stroke.family for stroke in names["drawing"].strokes} >= {"contours", "ridges"}
     assert len(names["turntable"]) == 4
     assert names["chosen"].plan.thresholds.unit == "p90"
+    assert names["passed"].to_dict() == {"anna": 1.0, "ben": 0.0}
     # Contours alone are part of the drawing that they are compared with.
     assert names["found"].recall > 0.95
 
