@@ -8,13 +8,20 @@ from pathlib import Path
 
 import numpy as np
 
-from dataset_tools.build.worker_process import Limits
-from dataset_tools.build.runners import Runner
-from dataset_tools.cleaning.near_duplicates import Comparison, candidate_pairs, compare, compared_before, decide, to_json
 from dataset_tools.build.config import BuildConfig
 from dataset_tools.build.mesh_files import Source, content_checksum
+from dataset_tools.build.runners import Runner
 from dataset_tools.build.store import Store, ViewStatus, writing_to
 from dataset_tools.build.tasks import CleanTask, ShapeTask, clean_shape, failed_files, make_views
+from dataset_tools.build.worker_process import Limits
+from dataset_tools.cleaning.near_duplicates import (
+    Comparison,
+    candidate_pairs,
+    compare,
+    compared_before,
+    decide,
+    to_json,
+)
 from ncmodel.config import read_config, write_config
 from ncmodel.errors import InputError
 from ncmodel.files import write_text
@@ -117,7 +124,7 @@ def _remember_damage(store: Store, rows: Sequence[ViewStatus]) -> None:
     for row in rows:
         if row.status == "damaged":
             of_shape = row.reason.startswith("shape: ")
-            folder = store.shape_folder(row.shape) if of_shape else store.view_folder(row.shape, row.view)
+            folder = store.shape_folder(row.shape) if of_shape else store.view_folder(row.item)
             store.record_problem(folder, "damaged", row.reason.removeprefix("shape: "), store.origin(folder))
 
 
@@ -201,8 +208,8 @@ def _find_duplicates(
     tasks = []
     for first, second in pairs:
         if (first, second) not in known:
-            meshes = tuple(str(store.shape_folder(shape) / "mesh.ply") for shape in (first, second))
-            tasks.append(Comparison(first, second, (meshes[0], meshes[1])))
+            meshes = str(store.mesh_path(first)), str(store.mesh_path(second))
+            tasks.append(Comparison(first, second, meshes))
     if tasks:
         with progress("duplicates", len(tasks)) as advance:
             for outcome in runner.run(compare, tasks, config.limits.clean):
@@ -217,7 +224,7 @@ def _find_duplicates(
 def _drop_outdated(store: Store, rows: Sequence[ViewStatus]) -> None:
     """Remove views whose mesh is another one now, or is gone."""
     for row in rows:
-        folder = store.view_folder(row.shape, row.view)
+        folder = store.view_folder(row.item)
         current = row.status in ("done", "damaged") or store.origin(folder) == store.mesh_checksum(row.shape)
         if not current and folder.is_dir():
             store.remove_folder(folder)
@@ -248,11 +255,11 @@ def _make_views(
             if row.status == "done":
                 made += 1
             else:
-                folder = store.view_folder(row.shape, row.view)
+                folder = store.view_folder(row.item)
                 store.remove_folder(folder)  # a damaged one, if any
                 store.record_problem(folder, row.status, row.reason, store.mesh_checksum(row.shape))
             board.put(row)
-            advance(f"{row.shape}_{row.view}")
+            advance(row.item.name)
     return made
 
 

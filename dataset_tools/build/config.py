@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, fields
 from fnmatch import fnmatch
 
 from dataset_tools.build.worker_process import Limits
-from dataset_tools.candidates.candidates import Levels
+from dataset_tools.candidates.candidates import CandidateThresholds
 from dataset_tools.cleaning.repair import CleanSettings
 from ncmodel.camera import DEFAULT_SIZE
 
@@ -74,7 +74,7 @@ class BuildConfig:
     duplicate_distance: float = 0.004
     render_size: int = 384
     render_azimuths: tuple[float, ...] = (-30.0, 0.0, 30.0)
-    levels: Levels = field(default_factory=Levels)
+    levels: CandidateThresholds = field(default_factory=CandidateThresholds)
     clean: CleanSettings = field(default_factory=CleanSettings)
     limits: TaskLimits = field(default_factory=TaskLimits)
 

@@ -4,7 +4,8 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from dataset_tools.build.store import Store
+from ncmodel.data.data_folder import DataFolder
+from ncmodel.data.item import Item
 from ncmodel.errors import InputError
 from ncmodel.images import Pixels, from_brightness, read_grey
 from ncmodel.report.contact_sheet import Tile, contact_sheet
@@ -21,21 +22,19 @@ def data_sheet(data_dir: str | Path, names: Sequence[str] = (), thumb: int = 170
     Raises:
         InputError: There is no such view.
     """
-    root = Store(data_dir).root / "views"
-    folders = [root / name for name in names] or sorted(path for path in root.glob("*") if path.is_dir())
-    if not folders:
-        raise InputError(data_dir, "no view in it", "a folder with views that are done")
-    rows = [_row(folder) for folder in folders]
+    data = DataFolder(data_dir)
+    items = [DataFolder.of_view(data.views_folder / name)[1] for name in names] or data.items()
+    rows = [_row(data, item) for item in items]
     return contact_sheet([tile for row in rows for tile in row], max(len(row) for row in rows), thumb)
 
 
-def _row(folder: Path) -> list[Tile]:
+def _row(data: DataFolder, item: Item) -> list[Tile]:
     try:
-        medoids = json.loads((folder / "selection.json").read_text(encoding="utf-8"))["medoids"]
+        medoids = json.loads(data.selection_path(item).read_text(encoding="utf-8"))["medoids"]
     except (OSError, ValueError, KeyError) as error:
-        raise InputError(folder, "no readable selection.json in it", "a view that is done") from error
-    renders = [Tile(_pixels(path), folder.name) for path in sorted((folder / "renders").glob("*.png"))]
-    drawings = [Tile(_pixels(folder / "drawings" / f"{i}.png"), f"candidate {n}") for i, n in enumerate(medoids)]
+        raise InputError(data.view_folder(item), "no readable selection.json in it", "a view that is done") from error
+    renders = [Tile(_pixels(path), item.name) for path in data.render_paths(item)]
+    drawings = [Tile(_pixels(data.drawing_path(item, i)), f"candidate {n}") for i, n in enumerate(medoids)]
     return renders + drawings
 
 

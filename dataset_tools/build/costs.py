@@ -10,16 +10,16 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from scipy.spatial import cKDTree
 
-from dataset_tools.build.worker_process import Apart
 from dataset_tools.build.build import build_dataset
-from dataset_tools.candidates.candidates import draw_candidates
-from dataset_tools.candidates.chamfer_matrix import chamfer_matrix, distance_field
-from dataset_tools.build.runners import runner_for
-from ncmodel.mesh.ply import ply_bytes
 from dataset_tools.build.config import BuildConfig
 from dataset_tools.build.mesh_files import find_sources
-from dataset_tools.candidates.viewpoints import camera_at, choose_azimuths
+from dataset_tools.build.runners import runner_for
 from dataset_tools.build.tasks import view_files
+from dataset_tools.build.worker_process import Apart
+from dataset_tools.candidates.candidates import draw_candidates
+from dataset_tools.candidates.chamfer_matrix import chamfer_matrix, distance_field
+from dataset_tools.candidates.viewpoints import camera_at, choose_azimuths
+from ncmodel.mesh.ply import ply_bytes
 from ncmodel.report.part import Part
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View

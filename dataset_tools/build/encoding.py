@@ -8,10 +8,6 @@ import zlib
 import numpy as np
 from numpy.typing import NDArray
 
-
-
-
-
 # A quick search with a dictionary that spans many drawings: candidates repeat one another almost exactly, which
 # deflate, with its window of 32 KiB, can't see. 15 times smaller than deflate at the same speed.
 _DICTIONARY = 1 << 22

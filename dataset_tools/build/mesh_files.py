@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from dataset_tools.build.manifest import file_checksum
 from dataset_tools.build.config import UPWARD
+from dataset_tools.build.manifest import file_checksum
 from ncmodel.errors import InputError
 from ncmodel.mesh.gltf import beside
 from ncmodel.mesh.load import SUFFIXES

@@ -17,12 +17,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ncmodel.images import png_ink, png_map, read_grey
 from ncmodel.errors import InputError
 from ncmodel.geometry.shading import interpolate
-from ncmodel.scene.view import View
+from ncmodel.images import png_ink, png_map, read_grey
 from ncmodel.model.maps import LineMaps, network_maps, unfiltered
-from ncmodel.export.rasterize import draw_segments
+from ncmodel.scene.view import View
 from ncmodel.types import FILTERED_FAMILIES, Floats, Image, LineFamily
 
 DEFAULT_SIZE = (1024, 768)
@@ -30,7 +29,6 @@ DEFAULT_SIZE = (1024, 768)
 
 NAMES = ("suggestive_contour", "ridge", "valley", "apparent_ridge")
 """In the order of t = (t_S, t_R, t_V, t_A)."""
-
 
 
 @dataclass(frozen=True, eq=False)

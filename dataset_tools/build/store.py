@@ -1,4 +1,4 @@
-"""The data folder: what lies where, how it gets there whole, and how its state is told.
+"""How a data folder is written: how what lies in it gets there whole, and how its state is told.
 
 A folder of results is written aside and renamed: it appears whole or not at all, whenever the writer dies. What
 exists on disk is the state; `index.csv` only lists it. Beside its files, every folder has a `manifest.json` with
@@ -22,6 +22,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from dataset_tools.build.manifest import MANIFEST, damage, manifest_of, read_json, read_manifest
+from ncmodel.data.data_folder import DataFolder
+from ncmodel.data.item import Item
 from ncmodel.errors import InputError
 from ncmodel.files import write_text
 
@@ -51,27 +53,14 @@ class ViewStatus:
     reason: str = ""
     seconds: float | None = None
 
+    @property
+    def item(self) -> Item:
+        """The view as an item."""
+        return Item(self.shape, str(self.view))
 
-class Store:
-    """A data folder.
 
-    Args:
-        root: The DATA_DIR; needn't exist yet.
-    """
-
-    def __init__(self, root: str | Path) -> None:
-        self.root = Path(root)
-        self.config_path = self.root / "config.toml"
-        self.index_path = self.root / "index.csv"
-        self.duplicates_path = self.root / "duplicates.json"
-
-    def shape_folder(self, shape: str) -> Path:
-        """Where a shape's mesh and cleaning report lie."""
-        return self.root / "shapes" / shape
-
-    def view_folder(self, shape: str, view: int) -> Path:
-        """Where a view lies."""
-        return self.root / "views" / f"{shape}_{view}"
+class Store(DataFolder):
+    """A data folder as a build sees it, which writes it."""
 
     @contextmanager
     def locked(self, sweep: bool = True) -> Iterator[None]:
@@ -86,8 +75,8 @@ class Store:
             InputError: The folder can't be written, or another build is at work in it.
         """
         with writing_to(self.root):
-            for folder in ("shapes", "views", _ASIDE):
-                (self.root / folder).mkdir(parents=True, exist_ok=True)
+            for folder in (self.shapes_folder, self.views_folder, self.root / _ASIDE):
+                folder.mkdir(parents=True, exist_ok=True)
             handle = open(self.root / _LOCK, "a+", encoding="utf-8")  # noqa: SIM115 - closed below
         with handle:
             try:
@@ -165,7 +154,7 @@ class Store:
     def shapes(self) -> list[str]:
         """The shapes that were cleaned, whatever became of them."""
         try:
-            return sorted(path.name for path in (self.root / "shapes").iterdir() if path.is_dir())
+            return sorted(path.name for path in self.shapes_folder.iterdir() if path.is_dir())
         except FileNotFoundError:
             return []
 
@@ -188,10 +177,10 @@ class Store:
         status, reason = self._shape_status(shape, duplicates, verify)
         mesh = self.mesh_checksum(shape)
         for view in range(views):
-            if status != "done":
-                yield ViewStatus(shape, view, status, reason)
-            else:
-                yield ViewStatus(shape, view, *self._view_status(self.view_folder(shape, view), mesh, verify))
+            row = ViewStatus(shape, view, status, reason)
+            if status == "done":
+                row = ViewStatus(shape, view, *self._view_status(self.view_folder(row.item), mesh, verify))
+            yield row
 
     def _shape_status(self, shape: str, duplicates: Mapping[str, str], verify: bool) -> tuple[Status, str]:
         folder = self.shape_folder(shape)

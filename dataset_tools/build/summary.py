@@ -6,9 +6,9 @@ from dataclasses import asdict
 from typing import Any
 
 from dataset_tools.build.build import Summary
-from dataset_tools.cleaning.repair import CleanReport
-from dataset_tools.build.threshold_study import LevelStudy
 from dataset_tools.build.store import ViewStatus
+from dataset_tools.build.threshold_study import ThresholdStudy
+from dataset_tools.cleaning.repair import CleanReport
 
 _FAULTS = ("border_edges", "touching_vertices", "non_manifold_edges", "non_manifold_vertices", "inconsistent_edges")
 
@@ -42,7 +42,7 @@ def status_text(rows: Sequence[ViewStatus]) -> str:
     counts = ", ".join(f"{number} {status}" for status, number in _counts(rows).items())
     problems = [row for row in rows if row.status in ("failed", "damaged")]
     lines = [f"{len(rows)} views: {counts}"]
-    lines += [f"  {row.shape}_{row.view}: {row.status}: {row.reason}" for row in problems[:SHOWN]]
+    lines += [f"  {row.item.name}: {row.status}: {row.reason}" for row in problems[:SHOWN]]
     if len(problems) > SHOWN:
         lines.append(f"  and {len(problems) - SHOWN} more")
     return "\n".join(lines)
@@ -57,8 +57,8 @@ def clean_text(report: CleanReport) -> str:
     return "\n".join([*lines, f"left: {', '.join(still) if still else 'no fault'}"])
 
 
-def levels_text(study: LevelStudy) -> str:
-    """Measured levels for people."""
+def thresholds_text(study: ThresholdStudy) -> str:
+    """Measured thresholds for people."""
     lines = [f"share of visible length kept on {study.views} views (10th, 50th, 90th percentile)"]
     for kept in study.kept:
         lines.append(f"  {kept.family:<11} {kept.level:>6g}  {'  '.join(f'{share:.2f}' for share in kept.shares)}")

@@ -2,31 +2,30 @@
 
 import json
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from dataset_tools.build.config import BuildConfig
+from dataset_tools.build.encoding import npz
+from dataset_tools.build.store import Store, ViewStatus
 from dataset_tools.candidates.candidates import draw_candidates
 from dataset_tools.candidates.chamfer_matrix import chamfer_matrix
+from dataset_tools.candidates.k_medoids import select
+from dataset_tools.candidates.renders import shaded_picture
+from dataset_tools.candidates.viewpoints import camera_at, choose_azimuths
 from dataset_tools.cleaning.repair import CleanSettings, clean_file
 from dataset_tools.cleaning.shape_distance import invariants
-from ncmodel.mesh.ply import ply_bytes
-from dataset_tools.build.encoding import npz
-from ncmodel.images import png_ink, png_map, png_shaded
-from dataset_tools.candidates.renders import shaded_picture
-from dataset_tools.candidates.k_medoids import select
-from dataset_tools.build.config import BuildConfig
-from dataset_tools.build.store import Store, ViewStatus
-from dataset_tools.candidates.viewpoints import camera_at, choose_azimuths
-from ncmodel.camera import Camera
+from ncmodel.data.data_folder import MAPS
+from ncmodel.data.item import Item
 from ncmodel.errors import InputError
-from ncmodel.mesh.load import load_mesh
+from ncmodel.images import png_ink, png_map, png_shaded
+from ncmodel.mesh.ply import ply_bytes
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed
-from ncmodel.types import Mesh
 
 
 @dataclass(frozen=True)
@@ -112,43 +111,16 @@ def make_views(task: ShapeTask) -> list[ViewStatus]:
         begin = time.perf_counter()
         try:
             if surface is None:
-                surface = Surface(load_shape(store, task.name))
+                surface = Surface(store.load_mesh(task.name))
             files = view_files(surface, view, task.config)
         except MemoryError:
             raise  # the limit's; whoever set it says so
         except Exception as error:  # whatever a strange shape makes the numbers do, the others go on
             outcomes.append(ViewStatus(task.name, view, "failed", f"{type(error).__name__}: {error}"))
             continue
-        store.write_folder(store.view_folder(task.name, view), files, mesh)
+        store.write_folder(store.view_folder(Item(task.name, str(view))), files, mesh)
         outcomes.append(ViewStatus(task.name, view, "done", "", time.perf_counter() - begin))
     return outcomes
-
-
-def load_shape(store: Store, name: str) -> Mesh:
-    """The cleaned mesh of a shape, under the shape's name.
-
-    Raises:
-        MeshError: There is none.
-    """
-    return replace(load_mesh(store.shape_folder(name) / "mesh.ply"), name=name)
-
-
-def load_view(folder: Path, size: tuple[int, int] | None = None) -> View:
-    """A view of a data folder, ready to be drawn.
-
-    Args:
-        folder: DATA_DIR/views/SHAPE_VIEW.
-        size: (width, height) to see it at; its own by default.
-
-    Raises:
-        InputError: It isn't such a folder.
-    """
-    shape, _, number = folder.resolve().name.rpartition("_")
-    if not shape or not number.isdigit():
-        raise InputError(folder, "a name that isn't SHAPE_VIEW", "a folder DATA_DIR/views/SHAPE_VIEW")
-    camera = Camera.load(folder / "camera.json")
-    mesh = load_shape(Store(folder.resolve().parents[1]), shape)
-    return View(Surface(mesh), camera.resized(*size) if size else camera)
 
 
 def view_files(surface: Surface, number: int, config: BuildConfig) -> dict[str, bytes]:
@@ -169,8 +141,7 @@ def view_files(surface: Surface, number: int, config: BuildConfig) -> dict[str, 
         selection = select(distances, seed=config.seed)
     files = {"camera.json": (camera.to_json() + "\n").encode()}
     with timed(view.trace, "encode maps"):
-        files["depth.png"] = png_map(view.depth)
-        files |= {f"shaded_{level}.png": png_map(image) for level, image in enumerate(view.shaded)}
+        files |= {name: png_map(image) for name, image in zip(MAPS, (view.depth, *view.shaded), strict=True)}
     with timed(view.trace, "encode candidates"):
         shape = np.array([len(candidates.specs), config.height, config.width])
         files["candidates.npz"] = npz(ink=candidates.packed(), shape=shape)

@@ -1,4 +1,4 @@
-"""What the candidates' levels do on real views: how much of the lines each one keeps, how many drawings differ."""
+"""What the candidates' thresholds do on real views: how much of the lines each one keeps, how many drawings differ."""
 
 import json
 from collections.abc import Iterable, Sequence
@@ -7,12 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from dataset_tools.candidates.candidates import FILTERS
 from dataset_tools.build.config import BuildConfig
-from dataset_tools.build.store import Store
-from dataset_tools.build.tasks import load_view
+from dataset_tools.candidates.candidates import FILTERS
 from ncmodel.config import read_config
-from ncmodel.errors import InputError
+from ncmodel.data.data_folder import DataFolder
 from ncmodel.drawing.thresholding import fade
 from ncmodel.scene.view import View
 from ncmodel.types import Floats, LineFamily, Threshold
@@ -22,7 +20,7 @@ PERCENTILES = (10, 50, 90)
 
 @dataclass(frozen=True)
 class Kept:
-    """The share of a family's visible length that a level keeps, over many views.
+    """The share of a family's visible length that a threshold keeps, over many views.
 
     Attributes:
         family: The family.
@@ -36,12 +34,12 @@ class Kept:
 
 
 @dataclass(frozen=True)
-class LevelStudy:
-    """Levels measured on the views of a data folder.
+class ThresholdStudy:
+    """The thresholds measured on the views of a data folder.
 
     Attributes:
         views: How many.
-        kept: One entry a family and level.
+        kept: One entry a family and threshold.
         distinct: Percentiles of the number of different ones among the 256 drawings of lines of a view.
     """
 
@@ -50,24 +48,25 @@ class LevelStudy:
     distinct: tuple[float, ...]
 
 
-def study_levels(data_dir: str | Path) -> LevelStudy:
-    """Measure the levels that a data folder was built with on its views.
+def study_thresholds(data_dir: str | Path) -> ThresholdStudy:
+    """Measure the thresholds that a data folder was built with on its views.
 
     Raises:
-        InputError: It has no view.
+        InputError: It has no finished view.
     """
-    store = Store(data_dir)
-    folders = sorted(path for path in (store.root / "views").glob("*") if path.is_dir())
-    if not folders:
-        raise InputError(data_dir, "no view in it", "a folder with views that are done")
-    levels = read_config(BuildConfig, store.config_path).levels
+    data = DataFolder(data_dir)
+    items = data.items()
+    thresholds = read_config(BuildConfig, data.config_path).levels
     steps = [
-        (family, level) for name, families in FILTERS.items() for family in families for level in getattr(levels, name)
+        (family, value)
+        for name, families in FILTERS.items()
+        for family in families
+        for value in getattr(thresholds, name)
     ]
-    shares = np.array([_shares(load_view(folder), steps) for folder in folders])
+    shares = np.array([_shares(data.open_view(item), steps) for item in items])
     kept = tuple(Kept(*step, _percentiles(shares[:, i])) for i, step in enumerate(steps))
-    distinct = [different_drawings(folder) for folder in folders]
-    return LevelStudy(len(folders), kept, _percentiles(distinct))
+    distinct = [different_drawings(data.view_folder(item)) for item in items]
+    return ThresholdStudy(len(items), kept, _percentiles(distinct))
 
 
 def different_drawings(folder: Path) -> int:
@@ -79,12 +78,12 @@ def different_drawings(folder: Path) -> int:
 
 
 def _shares(view: View, steps: Sequence[tuple[LineFamily, float]]) -> list[float]:
-    """Share of the visible length left at each level; NaN where a view has no such line."""
+    """Share of the visible length left at each threshold; NaN where a view has no such line."""
     result = []
-    for family, level in steps:
+    for family, threshold in steps:
         lines = view.visible(family)
         total = _length(lines.points)
-        result.append(_length(fade(lines, Threshold(level)).points) / total if total > 0 else float("nan"))
+        result.append(_length(fade(lines, Threshold(threshold)).points) / total if total > 0 else float("nan"))
     return result
 
 

@@ -33,12 +33,12 @@ FILTERS = {
     "apparent": (LineFamily.APPARENT,),
     "ridges_valleys": (LineFamily.RIDGES, LineFamily.VALLEYS),
 }
-"""What is switched through its levels together."""
+"""What is switched through its thresholds together."""
 
 
 @dataclass(frozen=True)
-class Levels:
-    """The levels that candidates go through, each family also off.
+class CandidateThresholds:
+    """The thresholds that candidates go through, each family also off.
 
     Attributes:
         suggestive: Thresholds in rtsc's units, the paper's.
@@ -48,7 +48,7 @@ class Levels:
             them.
         canny_low: See there.
         smooth_space: Spatial scale of the domain transform, share of the shorter side.
-        smooth_range: Its range scale, in grey levels of 0..255.
+        smooth_range: Its range scale, in greys of 0..255.
     """
 
     suggestive: tuple[float, float, float] = (0.001, 0.01, 0.1)
@@ -94,36 +94,41 @@ class Spec:
         return {"index": index, **self.settings, "layers": list(self.layers)}
 
 
-def layers_of(levels: Levels) -> list[Layer]:
+def layers_of(thresholds: CandidateThresholds) -> list[Layer]:
     """All layers, in a fixed order."""
     lines = [
         Layer(family.value, (family,)) for family in (LineFamily.CONTOURS, LineFamily.CREASES, LineFamily.BOUNDARIES)
     ]
     for name, families in FILTERS.items():
-        lines += [Layer(f"{name}@{level:g}", families, level) for level in getattr(levels, name)]
-    edges = [Layer(f"canny@{level:g}", (), level) for level in levels.canny]
-    smoothed = [Layer(f"smoothed_canny@{level:g}", (), level, smoothed=True) for level in levels.canny]
+        lines += [Layer(f"{name}@{threshold:g}", families, threshold) for threshold in getattr(thresholds, name)]
+    edges = [Layer(f"canny@{threshold:g}", (), threshold) for threshold in thresholds.canny]
+    smoothed = [Layer(f"smoothed_canny@{threshold:g}", (), threshold, smoothed=True) for threshold in thresholds.canny]
     return [*lines, *edges, *smoothed]
 
 
-def specs_of(levels: Levels) -> list[Spec]:
+def specs_of(thresholds: CandidateThresholds) -> list[Spec]:
     """The 264 candidates in their fixed order.
 
     Suggestive, apparent, ridges with valleys, creases, borders (the last one changes fastest), then Canny and Canny
     after filtering.
     """
-    choices = [(*getattr(levels, name), None) for name in FILTERS]
+    choices = [(*getattr(thresholds, name), None) for name in FILTERS]
     specs = []
-    for *thresholds, creases, borders in itertools.product(*choices, (False, True), (False, True)):
-        chosen = dict(zip(FILTERS, thresholds, strict=True))
+    for *values, creases, borders in itertools.product(*choices, (False, True), (False, True)):
+        chosen = dict(zip(FILTERS, values, strict=True))
         names = [LineFamily.CONTOURS.value]
-        names += [f"{name}@{level:g}" for name, level in chosen.items() if level is not None]
+        names += [f"{name}@{threshold:g}" for name, threshold in chosen.items() if threshold is not None]
         names += [LineFamily.CREASES.value] * creases + [LineFamily.BOUNDARIES.value] * borders
         specs.append(Spec(tuple(names), {"kind": "lines", **chosen, "creases": creases, "borders": borders}))
     for smoothed, prefix in ((False, "canny"), (True, "smoothed_canny")):
-        for level in levels.canny:
-            settings = {"kind": "canny", "high": level, "low": levels.canny_low * level, "smoothed": smoothed}
-            specs.append(Spec((f"{prefix}@{level:g}",), settings))
+        for threshold in thresholds.canny:
+            settings = {
+                "kind": "canny",
+                "high": threshold,
+                "low": thresholds.canny_low * threshold,
+                "smoothed": smoothed,
+            }
+            specs.append(Spec((f"{prefix}@{threshold:g}",), settings))
     return specs
 
 
@@ -157,21 +162,21 @@ class Candidates:
         return np.stack([np.bitwise_or.reduce(layers[member], axis=0) for member in self.members])
 
 
-def draw_candidates(view: View, levels: Levels) -> Candidates:
+def draw_candidates(view: View, thresholds: CandidateThresholds) -> Candidates:
     """Draw all candidates of a view."""
-    layers, specs = layers_of(levels), specs_of(levels)
+    layers, specs = layers_of(thresholds), specs_of(thresholds)
     column = {layer.name: number for number, layer in enumerate(layers)}
     members = np.zeros((len(specs), len(layers)), dtype=bool)
     for row, spec in enumerate(specs):
         members[row, [column[name] for name in spec.layers]] = True
-    return Candidates(specs, draw_layers(view, layers, levels), members)
+    return Candidates(specs, draw_layers(view, layers, thresholds), members)
 
 
-def draw_layers(view: View, layers: Sequence[Layer], levels: Levels) -> Image:
+def draw_layers(view: View, layers: Sequence[Layer], thresholds: CandidateThresholds) -> Image:
     """(L, H, W) grey ink of layers: lines as a drawing at the layer's threshold has them."""
     camera = view.camera
     ink = np.zeros((len(layers), camera.height, camera.width), dtype=np.float32)
-    edges = _Edges(view, levels)
+    edges = _Edges(view, thresholds)
     for image, layer in zip(ink, layers, strict=True):
         for family in layer.families:
             strokes = strokes_of(view, fade(view.visible(family), Threshold(layer.threshold)))
@@ -199,8 +204,8 @@ def thick(pixels: Mask, width: float) -> Image:
 class _Edges:
     """Canny edges of a view's shading."""
 
-    def __init__(self, view: View, levels: Levels) -> None:
-        self.view, self.levels = view, levels
+    def __init__(self, view: View, thresholds: CandidateThresholds) -> None:
+        self.view, self.thresholds = view, thresholds
 
     @cached_property
     def shading(self) -> NDArray[np.uint8]:
@@ -214,10 +219,12 @@ class _Edges:
         References:
             Gastal, Oliveira: Domain Transform for Edge-Aware Image and Video Processing. SIGGRAPH 2011.
         """
-        space = self.levels.smooth_space * min(self.shading.shape)
-        return np.asarray(cv2.ximgproc.dtFilter(self.shading, self.shading, space, self.levels.smooth_range), np.uint8)
+        space = self.thresholds.smooth_space * min(self.shading.shape)
+        return np.asarray(
+            cv2.ximgproc.dtFilter(self.shading, self.shading, space, self.thresholds.smooth_range), np.uint8
+        )
 
-    def at(self, level: float, smoothed: bool) -> Mask:
+    def at(self, threshold: float, smoothed: bool) -> Mask:
         """(H, W) one-pixel edges at an upper threshold."""
         image = self.smoothed if smoothed else self.shading
-        return np.asarray(cv2.Canny(image, self.levels.canny_low * level, level, L2gradient=True) > 0)
+        return np.asarray(cv2.Canny(image, self.thresholds.canny_low * threshold, threshold, L2gradient=True) > 0)

@@ -61,14 +61,15 @@ def build(
     as_json: AsJson = False,
 ) -> None:
     """Make questionnaires about all views of a data set: template.html, tasks.csv, images and key.json."""
-    from dataset_tools.build.items import items_to_ask_about, list_items
     from dataset_tools.questionnaires.batch_folder import Look
+    from dataset_tools.questionnaires.identical_drawings import items_to_ask_about
     from dataset_tools.questionnaires.questionnaire import Scheme
     from dataset_tools.simulation.crowd import make_batch
+    from ncmodel.data.data_folder import DataFolder
 
-    scheme = Scheme(real, sentinels, pool, votes, seed)
-    needs = dict.fromkeys(items_to_ask_about(data_dir), votes)
-    left_out = len(list_items(data_dir)) - len(needs)
+    scheme, data = Scheme(real, sentinels, pool, votes, seed), DataFolder(data_dir)
+    needs = dict.fromkeys(items_to_ask_about(data), votes)
+    left_out = len(data.items()) - len(needs)
     if left_out:
         sys.stderr.write(f"note: not asked about {left_out} views whose eight drawings are one and the same\n")
     look = Look(drawing_side, render_side, base_url, embed)
@@ -203,9 +204,10 @@ def aggregate(
     as_json: AsJson = False,
 ) -> None:
     """Turn votes into ranking pairs: reliable participants, consensus, shapes held out."""
-    from dataset_tools.votes.consensus import Rules, write_pairs
+    from dataset_tools.votes.consensus import Rules
     from dataset_tools.votes.consensus import aggregate as find_consensus
     from dataset_tools.votes.votes import read_votes
+    from ncmodel.data.pairs import write_pairs
 
     if method not in ("majority", "one-coin"):
         raise UsageError(f"--method is {method!r}, expected majority or one-coin")
@@ -223,7 +225,7 @@ def aggregate(
     found = find_consensus(read_votes(votes), rules)
     if not found.verdicts:
         raise InputError(votes, "no vote on any item", "votes that `ncontours crowd ingest` wrote")
-    write_pairs(output, found)
+    write_pairs(output, found.pairs())
     summary = found.summary()
     text = "{reliable} of {participants} participants reliable, {accepted} of {items} items accepted, {pairs} pairs"
     emit(summary, as_json, text.format(**summary) + f" in {output}")
@@ -272,7 +274,7 @@ def audit(
     from dataset_tools.votes.consensus import Rules
     from dataset_tools.votes.votes import read_votes
 
-    found = look_into(list(read_votes(votes)), Rules())
+    found = look_into(read_votes(votes), Rules())
     write_audit(found, output, data)
     summary = found.summary()
     alpha = "not defined" if found.alpha is None else f"{found.alpha:.2f}"

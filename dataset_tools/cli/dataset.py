@@ -13,7 +13,7 @@ group = typer.Typer(help="Clean meshes, choose views, draw and select candidates
 
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
-Up = Annotated[str | None, typer.Option(help="Upward axis of the mesh files, y or z.  [default: y]")]
+Up = Annotated[str | None, typer.Option(help="Upward axis of the mesh files, y or z. (default y)")]
 
 
 @group.command()
@@ -21,15 +21,13 @@ def build(
     mesh_dir: Annotated[Path, typer.Argument(help="Folder with meshes, searched with its subfolders.")],
     data_dir: Annotated[Path, typer.Argument(help="Data folder to make or to go on with.")],
     config: Annotated[Path | None, typer.Option(help="Settings (TOML); options below override it.")] = None,
-    views: Annotated[int | None, typer.Option(help="Views of each shape.  [default: 2]")] = None,
-    size: Annotated[str | None, typer.Option(help="Pixels, N or WxH.  [default: 768]")] = None,
-    seed: Annotated[int | None, typer.Option(help="Of azimuths and selection.  [default: 0]")] = None,
+    views: Annotated[int | None, typer.Option(help="Views of each shape. (default 2)")] = None,
+    size: Annotated[str | None, typer.Option(help="Pixels, N or WxH. (default 768)")] = None,
+    seed: Annotated[int | None, typer.Option(help="Of azimuths and selection. (default 0)")] = None,
     up: Up = None,
     up_table: Annotated[Path | None, typer.Option(help="Axes of single files: a CSV with columns file, up.")] = None,
-    min_faces: Annotated[int | None, typer.Option(help="Skip shapes with fewer faces.  [default: 2000]")] = None,
-    workers: Annotated[
-        int | None, typer.Option(help="Processes; 0: this one, no limits.  [default: one a core]")
-    ] = None,
+    min_faces: Annotated[int | None, typer.Option(help="Skip shapes with fewer faces. (default 2000)")] = None,
+    workers: Annotated[int | None, typer.Option(help="Processes; 0: this one, no limits. (default one a core)")] = None,
     scheduler: Annotated[str | None, typer.Option(help="Dask scheduler, tcp://HOST:PORT, instead of workers.")] = None,
     retry: Annotated[bool, typer.Option("--retry", help="Try again what failed before.")] = False,
     as_json: Json = False,
@@ -39,18 +37,19 @@ def build(
     from dataset_tools.build.mesh_files import find_sources, read_up_table
     from dataset_tools.build.runners import core_count, runner_for
     from dataset_tools.build.summary import summary_record, summary_text
+    from ncmodel.data.data_folder import DataFolder
 
     width, height = size_of(size) if size else (None, None)
     chosen = {"views": views, "width": width, "height": height, "seed": seed, "up": up, "min_faces": min_faces}
     rules = read_up_table(up_table) if up_table else None
-    settings = _settings(config, data_dir / "config.toml", {**chosen, "up_rules": rules})
+    settings = _settings(config, DataFolder(data_dir).config_path, {**chosen, "up_rules": rules})
     sources = find_sources(mesh_dir)
     with runner_for(core_count() if workers is None else workers, scheduler) as runner:
         summary = build_dataset(sources, data_dir, settings, runner, progress, retry)
     emit(summary_record(summary), as_json, summary_text(summary))
     failed = summary.count("failed")
     if failed:
-        raise BatchError(f"{failed} views failed, reasons in {data_dir / 'index.csv'}")
+        raise BatchError(f"{failed} views failed, reasons in {DataFolder(data_dir).index_path}")
 
 
 @group.command()
@@ -105,14 +104,15 @@ def export(
 ) -> None:
     """Write a view as the folder that the published code reads."""
     from dataset_tools.build.neuralcontours_format import exchanged
-    from dataset_tools.build.tasks import load_view
+    from ncmodel.data.data_folder import DataFolder
     from ncmodel.files import write_bytes
 
     _check_format(format_)
-    files = exchanged(load_view(view, size_of(size))).files()
+    data, item = DataFolder.of_view(view)
+    files = exchanged(data.open_view(item, size_of(size))).files()
     output.mkdir(parents=True, exist_ok=True)
-    for name, data in files.items():
-        write_bytes(output / name, data)
+    for name, content in files.items():
+        write_bytes(output / name, content)
     emit({"files": sorted(files), "folder": str(output)}, as_json, f"{len(files)} files in {output}")
 
 
@@ -141,7 +141,7 @@ def import_(
 def sheet(
     data_dir: Annotated[Path, typer.Argument(help="Data folder.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Picture, *.png.")],
-    names: Annotated[list[str] | None, typer.Option("--view", help="SHAPE_VIEW, repeatable.  [default: all]")] = None,
+    names: Annotated[list[str] | None, typer.Option("--view", help="SHAPE_VIEW, repeatable. (default all)")] = None,
 ) -> None:
     """Draw a contact sheet: renders and selected drawings of each view."""
     from dataset_tools.build.contact_sheet import data_sheet
@@ -157,14 +157,14 @@ def levels(
     data_dir: Annotated[Path, typer.Argument(help="Data folder.")],
     as_json: Json = False,
 ) -> None:
-    """Measure how much each level of the candidates keeps on the views, and how many drawings differ."""
+    """Measure how much each threshold of the candidates keeps on the views, and how many drawings differ."""
     from dataclasses import asdict
 
-    from dataset_tools.build.summary import levels_text
-    from dataset_tools.build.threshold_study import study_levels
+    from dataset_tools.build.summary import thresholds_text
+    from dataset_tools.build.threshold_study import study_thresholds
 
-    study = study_levels(data_dir)
-    emit(asdict(study), as_json, levels_text(study))
+    study = study_thresholds(data_dir)
+    emit(asdict(study), as_json, thresholds_text(study))
 
 
 @group.command()

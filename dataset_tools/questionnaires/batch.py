@@ -9,15 +9,15 @@ from pathlib import Path
 
 import numpy as np
 
-from dataset_tools.build.items import drawing_path, item_fingerprint, item_twins, render_paths
 from dataset_tools.questionnaires.batch_folder import BatchWriter, Look, Sheet, Shown
 from dataset_tools.questionnaires.counterbalancing import Places, Positions, deal
-from dataset_tools.questionnaires.identical_drawings import ALL_DIFFERENT, different
+from dataset_tools.questionnaires.identical_drawings import ALL_DIFFERENT, different, item_twins
 from dataset_tools.questionnaires.pages import batch_template
 from dataset_tools.questionnaires.questionnaire import Key, Question, Questionnaire, Scheme, Tokens, field_name
 from dataset_tools.questionnaires.sentinels import Drawing, SentinelPool
-from ncmodel.data.item import DRAWINGS, Item
-from ncmodel.errors import UsageError
+from ncmodel.data.data_folder import DataFolder
+from ncmodel.data.item import Item
+from ncmodel.errors import InputError, UsageError
 
 MAX_STAND_INS = 40
 """Items whose candidates may stand in for artists' drawings of other shapes."""
@@ -48,7 +48,7 @@ class Planner:
     """Plans questionnaires over a data folder's items.
 
     Args:
-        data_dir: The data folder.
+        data: The data folder.
         scheme: Numbers of questions and votes.
         artists: Artists' drawings for sentinels (none where the scheme has no sentinels).
         needs: Item -> votes wanted.
@@ -60,22 +60,22 @@ class Planner:
     """
 
     def __init__(
-        self, data_dir: Path, scheme: Scheme, artists: Sequence[Drawing], needs: Mapping[Item, int], fill: bool = True
+        self, data: DataFolder, scheme: Scheme, artists: Sequence[Drawing], needs: Mapping[Item, int], fill: bool = True
     ) -> None:
         if not needs:
             raise UsageError("no item needs votes: there is nothing to ask")
-        self.data_dir, self.scheme, self.needs = data_dir, scheme, needs
-        self.tokens = Tokens(scheme.seed, _fingerprint(data_dir, needs))
+        self.data, self.scheme, self.needs = data, scheme, needs
+        self.tokens = Tokens(scheme.seed, _fingerprint(data, needs))
         rng = np.random.default_rng([scheme.seed, int(self.tokens("order"), 16)])
         self._hands = deal(needs, scheme.real, rng, fill)
         self._places, self._positions = Places(rng), Positions(rng)
-        self._twins = {item: item_twins(data_dir, item) for item in needs}
+        self._twins = {item: item_twins(data, item) for item in needs}
         self.pool: SentinelPool | None = None
         if scheme.sentinels:
             items = sorted(needs)
             some = [items[i] for i in rng.permutation(len(items))[:MAX_STAND_INS]]
             stand_ins = [
-                Drawing(item, drawing_path(data_dir, item, i)) for item in some for i in different(self._twins[item])
+                Drawing(item, data.drawing_path(item, i)) for item in some for i in different(self._twins[item])
             ]
             self.pool = SentinelPool(artists, stand_ins, scheme.pool, rng)
 
@@ -93,9 +93,7 @@ class Planner:
         }
 
     def _plan(self, identifier: str, hand: Sequence[Item]) -> list[Planned]:
-        drafts = [
-            self._draft(item, [drawing_path(self.data_dir, item, i) for i in range(DRAWINGS)], False) for item in hand
-        ]
+        drafts = [self._draft(item, self.data.drawing_paths(item), False) for item in hand]
         for sentinel in self.pool.draw(self.sentinels, hand) if self.pool else ():
             drafts.append(self._draft(sentinel.item, [drawing.path for drawing in sentinel.drawings], True))
         ordered = self._places.order(drafts, [(draft.question.item, draft.question.sentinel) for draft in drafts])
@@ -119,7 +117,7 @@ class Planner:
     def sheets(self) -> list[Sheet]:
         """The questionnaires as shown; every question has as many renders as the item with the fewest."""
         items = {one.question.item for plan in self.plans.values() for one in plan if one.question.item}
-        renders = {item: tuple(render_paths(self.data_dir, item)) for item in items}
+        renders = {item: tuple(self.data.render_paths(item)) for item in items}
         count = min(len(paths) for paths in renders.values())
         return [
             Sheet(name, tuple(_shown(one, renders[one.question.item][:count]) for one in plan if one.question.item))
@@ -146,7 +144,7 @@ def build_batch(planner: Planner, batch_dir: Path, look: Look, settings: Mapping
     """
     questionnaires = planner.questionnaires()
     record = {
-        "data": os.path.relpath(planner.data_dir.resolve(), batch_dir.resolve()),
+        "data": os.path.relpath(planner.data.root.resolve(), batch_dir.resolve()),
         "scheme": {**asdict(planner.scheme), "sentinels": planner.sentinels},
         **settings,
     }
@@ -180,10 +178,14 @@ def _report(planner: Planner, questionnaires: Sequence[Questionnaire]) -> Built:
     )
 
 
-def _fingerprint(data_dir: Path, needs: Mapping[Item, int]) -> bytes:
+def _fingerprint(data: DataFolder, needs: Mapping[Item, int]) -> bytes:
     """What the opaque names are keyed with: the data set's contents, which participants don't have."""
     digest = hashlib.blake2b()
     for item, votes in sorted(needs.items()):
         digest.update(f"{item.name} {votes}".encode())
-        digest.update(item_fingerprint(data_dir, item))
+        for path in (data.camera_path(item), data.selection_path(item)):  # they say which drawings an item has
+            try:
+                digest.update(path.read_bytes())
+            except OSError as error:
+                raise InputError(path, f"can't be read ({error.strerror})", "a finished view") from error
     return digest.digest()

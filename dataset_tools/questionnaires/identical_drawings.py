@@ -8,7 +8,8 @@ import filecmp
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ncmodel.data.item import DRAWINGS
+from ncmodel.data.data_folder import DataFolder
+from ncmodel.data.item import DRAWINGS, Item
 from ncmodel.errors import InputError
 
 Twins = tuple[int, ...]
@@ -30,6 +31,27 @@ def find_twins(pictures: Sequence[Path]) -> Twins:
         )
     except OSError as error:
         raise InputError(error.filename, f"can't be read ({error.strerror})", "a drawing") from error
+
+
+def item_twins(data: DataFolder, item: Item) -> Twins:
+    """Which of an item's drawings are the same picture.
+
+    Raises:
+        InputError: One can't be read.
+    """
+    return find_twins(data.drawing_paths(item))
+
+
+def items_to_ask_about(data: DataFolder) -> list[Item]:
+    """The items whose drawings aren't all one and the same, in the data folder's order.
+
+    Raises:
+        InputError: There is none.
+    """
+    found = [item for item in data.items() if len(different(item_twins(data, item))) > 1]
+    if not found:
+        raise InputError(data.root, "the eight drawings of every view are one", "drawings to choose from")
+    return found
 
 
 def different(twins: Twins) -> list[int]:

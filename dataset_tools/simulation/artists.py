@@ -15,16 +15,13 @@ from pathlib import Path
 
 import numpy as np
 
-from dataset_tools.build.items import view_folder
 from dataset_tools.candidates.chamfer_matrix import distance_field
-from ncmodel.camera import Camera
+from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
 from ncmodel.export.page import REFERENCE_SIDE, WIDTH
 from ncmodel.export.rasterize import draw_segments
 from ncmodel.images import from_ink, read_grey, write_png
 from ncmodel.lines.chaining import chain
-from ncmodel.mesh.load import load_mesh
-from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
 from ncmodel.types import Floats, Image, Ints, LineFamily, Mask
 
@@ -212,15 +209,15 @@ class ArtistDrawings:
     They lie in `simulated/artists-ID/SHAPE_VIEW/NUMBER.png`, where ID stands for the artists' tastes.
 
     Args:
-        data_dir: The data folder.
+        data: The data folder.
         artists: The crowd's artists.
     """
 
-    def __init__(self, data_dir: Path, artists: Sequence[Artist]) -> None:
-        self.data_dir, self.artists = data_dir, artists
+    def __init__(self, data: DataFolder, artists: Sequence[Artist]) -> None:
+        self.data, self.artists = data, artists
         taste = json.dumps([asdict(artist) for artist in artists])
         identity = blake2b(f"{taste} {FAINTEST} {MECHANICAL} {BESIDE} {SPECK} {TO_CHOOSE_FROM}".encode(), digest_size=4)
-        self.folder = data_dir / "simulated" / f"artists-{identity.hexdigest()}"
+        self.folder = data.root / "simulated" / f"artists-{identity.hexdigest()}"
 
     def paths(self, item: Item) -> list[Path]:
         """The picture files of an item's drawings, one an artist.
@@ -231,7 +228,7 @@ class ArtistDrawings:
         paths = [self.folder / item.name / f"{artist.number}.png" for artist in self.artists]
         missing = [(artist, path) for artist, path in zip(self.artists, paths, strict=True) if not path.is_file()]
         if missing:
-            view = open_view(self.data_dir, item)
+            view = self.data.open_view(item)
             paths[0].parent.mkdir(parents=True, exist_ok=True)
             for artist, path in missing:
                 own = int.from_bytes(blake2b(item.name.encode(), digest_size=4).digest(), "big")
@@ -242,13 +239,3 @@ class ArtistDrawings:
     def inks(self, item: Item) -> list[Image]:
         """The drawings of an item as (H, W) ink, one an artist."""
         return [1.0 - read_grey(path) for path in self.paths(item)]
-
-
-def open_view(data_dir: Path, item: Item) -> View:
-    """The geometry of an item, from its mesh and camera files.
-
-    Raises:
-        InputError: One can't be read.
-    """
-    mesh = load_mesh(data_dir / "shapes" / item.shape / "mesh.ply")
-    return View(Surface(mesh), Camera.load(view_folder(data_dir, item) / "camera.json"))

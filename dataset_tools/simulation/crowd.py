@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from dataset_tools.build.items import list_items
 from dataset_tools.questionnaires.batch import Built, Planner, build_batch
 from dataset_tools.questionnaires.batch_folder import Look
 from dataset_tools.questionnaires.counterbalancing import varied
@@ -16,6 +15,7 @@ from dataset_tools.questionnaires.sentinels import Drawing, artists_drawings
 from dataset_tools.simulation.artists import ArtistDrawings, crowd_artists
 from dataset_tools.simulation.participants import Crowd, Distances, answer_all, answer_until_reliable, make_crowd
 from dataset_tools.simulation.simulated_results import crowd_name, write_results
+from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
 from ncmodel.errors import UsageError
 from ncmodel.types import Floats
@@ -49,23 +49,24 @@ def make_batch(
         InputError: A file of the data folder or an artists' drawing can't be read.
     """
     drawings: Sequence[Drawing] = ()
-    items, notes, settings = list_items(data_dir), [], {}
+    data = DataFolder(data_dir)
+    items, notes, settings = data.items(), [], {}
     if scheme.sentinels and len({item.shape for item in items}) == 1:
         scheme = replace(scheme, sentinels=0)
         notes.append("no sentinels: they show drawings of other shapes, and there is one shape; nobody is unreliable")
     if scheme.sentinels:
-        drawings = artists_drawings(artists, items) if artists else _simulated(data_dir, items, scheme)
+        drawings = artists_drawings(artists, items) if artists else _simulated(data, items, scheme)
         settings = {"sentinels_from": "artists" if artists else "simulated artists"}
         if artists is None:
             notes.append("sentinels show simulated artists' drawings; for a study with people give --artists")
-    built = build_batch(Planner(data_dir, scheme, drawings, needs, fill), batch_dir, look, settings)
+    built = build_batch(Planner(data, scheme, drawings, needs, fill), batch_dir, look, settings)
     return replace(built, notes=(*built.notes, *notes))
 
 
-def _simulated(data_dir: Path, items: Sequence[Item], scheme: Scheme) -> list[Drawing]:
+def _simulated(data: DataFolder, items: Sequence[Item], scheme: Scheme) -> list[Drawing]:
     """Simulated artists' drawings of enough views for the pool, of as many shapes as possible."""
     chosen = varied(items, np.random.default_rng([scheme.seed, 3]))[: scheme.pool]
-    drawings = ArtistDrawings(data_dir, crowd_artists())
+    drawings = ArtistDrawings(data, crowd_artists())
     by_item = {item: different_pictures(drawings.paths(item)[:SENTINEL_ARTISTS]) for item in chosen}
     return [Drawing(item, path) for item, paths in by_item.items() for path in paths]
 
@@ -98,7 +99,7 @@ def simulate_batch(
     key = Key.load(batch_dir)
     if participants is not None and participants < 1:
         raise UsageError(f"--participants is {participants}, expected 1 or more")
-    data = data_dir or batch_dir / str(key.settings.get("data", ""))
+    data = DataFolder(data_dir or batch_dir / str(key.settings.get("data", "")))
     artists = crowd_artists()
     distances = Distances(data, ArtistDrawings(data, artists))
     for item in key.items:
@@ -120,8 +121,9 @@ def sample_distances(data_dir: Path, count: int, seed: int, advance: Callable[[]
     Raises:
         InputError: A file of the data folder can't be read.
     """
-    chosen = varied(list_items(data_dir), np.random.default_rng([seed, 2]))[:count]
-    distances = Distances(data_dir, ArtistDrawings(data_dir, crowd_artists()))
+    data = DataFolder(data_dir)
+    chosen = varied(data.items(), np.random.default_rng([seed, 2]))[:count]
+    distances = Distances(data, ArtistDrawings(data, crowd_artists()))
     found = []
     for item in chosen:
         found.append(distances(item))

@@ -8,16 +8,15 @@ random.
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import cv2
 import numpy as np
 
-from dataset_tools.build.items import drawing_path
 from dataset_tools.candidates.chamfer_matrix import distance_field
 from dataset_tools.questionnaires.questionnaire import NONE, Key, Question, Questionnaire
 from dataset_tools.simulation.artists import ArtistDrawings
 from dataset_tools.simulation.simulated_results import Reply, Sent
+from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import DRAWINGS, Item
 from ncmodel.errors import UsageError
 from ncmodel.images import read_grey
@@ -59,18 +58,18 @@ class Distances:
     """How far each candidate of an item is from each artist's drawing, computed when first asked for.
 
     Args:
-        data_dir: The data folder.
+        data: The data folder.
         drawings: The artists' drawings.
     """
 
-    def __init__(self, data_dir: Path, drawings: ArtistDrawings) -> None:
-        self._data_dir, self._drawings = data_dir, drawings
+    def __init__(self, data: DataFolder, drawings: ArtistDrawings) -> None:
+        self._data, self._drawings = data, drawings
         self._known: dict[Item, Floats] = {}
 
     def __call__(self, item: Item) -> Floats:
         """(artists, 8) symmetric Chamfer distances, in shares of the picture's side."""
         if item not in self._known:
-            candidates = [1.0 - read_grey(drawing_path(self._data_dir, item, i)) for i in range(DRAWINGS)]
+            candidates = [1.0 - read_grey(path) for path in self._data.drawing_paths(item)]
             self._known[item] = distances_between(self._drawings.inks(item), candidates)
         return self._known[item]
 

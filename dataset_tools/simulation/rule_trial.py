@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import pandas as pd
 
 from dataset_tools.questionnaires.counterbalancing import Places, Positions, deal
 from dataset_tools.questionnaires.questionnaire import Key, Question, Questionnaire, Scheme, Tokens, field_name
@@ -26,7 +27,7 @@ from dataset_tools.votes.consensus import Rules, aggregate
 from dataset_tools.votes.reliability import Participant as Assessed
 from dataset_tools.votes.reliability import assess
 from dataset_tools.votes.results_csv import Answered
-from dataset_tools.votes.votes import Vote, votes_of
+from dataset_tools.votes.votes import Vote, to_frame, votes_of
 from ncmodel.data.item import DRAWINGS, Item
 from ncmodel.errors import UsageError
 from ncmodel.types import Floats
@@ -154,7 +155,7 @@ def run_trial(known: Floats, crowd: Crowd, participants: int, adversaries: int, 
         honest = attentive(crowd, world.distances, int(rng.integers(world.artists)))
         people.append(Participant(f"adversary-{number:04d}", kind, behaviours(honest, world.distances)[kind]))
     order = rng.permutation(len(people))
-    votes = list(_votes(world, [people[i] for i in order], rng))
+    votes = to_frame(_votes(world, [people[i] for i in order], rng))
     return _outcome(world, votes, {person.name: person.kind for person in people})
 
 
@@ -186,7 +187,7 @@ def _as_votes(sitting: Sitting, number: int) -> Iterator[Vote]:
     return (vote for vote in votes_of(answered, questionnaire) if isinstance(vote, Vote))
 
 
-def _outcome(world: World, votes: Sequence[Vote], kinds: Mapping[str, str]) -> Trial:
+def _outcome(world: World, votes: pd.DataFrame, kinds: Mapping[str, str]) -> Trial:
     def kind_of(worker: str) -> str:
         return kinds.get(worker, "copy by a second account")
 
@@ -203,7 +204,7 @@ def _outcome(world: World, votes: Sequence[Vote], kinds: Mapping[str, str]) -> T
         if total[kind]
     ]
     everybody = {worker: replace(person, reasons=()) for worker, person in usual.items()}
-    in_earnest = [vote for vote in votes if kind_of(vote.worker) in HONEST]
+    in_earnest = votes[votes["worker"].map(kind_of).isin(HONEST)]
     earnest = {worker: person for worker, person in everybody.items() if kind_of(worker) in HONEST}
     judged = [
         _judge("only those who look", world, in_earnest, Rules(unreliable_too=True), earnest, kind_of),
@@ -219,7 +220,7 @@ def _outcome(world: World, votes: Sequence[Vote], kinds: Mapping[str, str]) -> T
 def _judge(
     name: str,
     world: World,
-    votes: Sequence[Vote],
+    votes: pd.DataFrame,
     rules: Rules,
     people: Mapping[str, Assessed],
     kind_of: Callable[[str], str],

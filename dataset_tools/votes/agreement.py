@@ -1,20 +1,17 @@
 """How far participants agree, and what else their answers depend on."""
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 from scipy.special import chdtrc
 
-from dataset_tools.votes.votes import Vote
-from ncmodel.data.item import DRAWINGS, Item
-from ncmodel.types import Floats
-
-CHOICES = DRAWINGS + 1
+from dataset_tools.votes.votes import ITEM, drawings_of
+from ncmodel.data.item import DRAWINGS
 
 
-def krippendorff_alpha(votes: Sequence[Vote]) -> float | None:
+def krippendorff_alpha(votes: pd.DataFrame) -> float | None:
     """Krippendorff's alpha over items, for nominal answers; 1 perfect agreement, 0 what chance gives.
 
     Every item has its own drawings, so answers of different items aren't of the same kind; what chance gives is taken
@@ -28,19 +25,11 @@ def krippendorff_alpha(votes: Sequence[Vote]) -> float | None:
     """
     import krippendorff
 
-    counts = _counts(votes)
+    found = votes.assign(drawing=drawings_of(votes)).groupby([*ITEM, "drawing"]).size().unstack(fill_value=0)
+    counts = found.reindex(columns=range(-1, DRAWINGS), fill_value=0).to_numpy(np.float64)
     if not (counts.sum(axis=1) > 1).any() or (counts.sum(axis=0) > 0).sum() < 2:
         return None
     return float(krippendorff.alpha(value_counts=counts, level_of_measurement="nominal"))
-
-
-def _counts(votes: Sequence[Vote]) -> Floats:
-    """(items, 9) votes for each choice."""
-    rows = {item: row for row, item in enumerate(sorted({vote.item for vote in votes}))}
-    counts = np.zeros((len(rows), CHOICES))
-    for vote in votes:
-        counts[rows[vote.item], vote.drawing + 1] += 1
-    return counts
 
 
 @dataclass(frozen=True)
@@ -56,10 +45,10 @@ class PositionBias:
     p_value: float | None
 
 
-def position_bias(votes: Sequence[Vote]) -> PositionBias:
+def position_bias(votes: pd.DataFrame) -> PositionBias:
     """Whether participants favour positions; the drawings' order is random, so they shouldn't."""
-    found = Counter(vote.position for vote in votes if vote.position)
-    counts = tuple(found[place] for place in range(1, DRAWINGS + 1))
+    found = votes["position"].value_counts()
+    counts = tuple(int(found.get(place, 0)) for place in range(1, DRAWINGS + 1))
     return PositionBias(counts, p_value_of_evenness(counts) if sum(counts) else None)
 
 
@@ -69,16 +58,14 @@ def p_value_of_evenness(counts: Sequence[int]) -> float:
     return float(chdtrc(len(counts) - 1, sum((count - expected) ** 2 for count in counts) / expected))
 
 
-def agreeing_share(votes: Sequence[Vote]) -> dict[str, tuple[int, int]]:
+def agreeing_share(votes: pd.DataFrame) -> dict[str, tuple[int, int]]:
     """Worker -> (agreements, comparisons) with each other worker who voted on the same item."""
-    by_item: dict[Item, list[Vote]] = {}
-    for vote in votes:
-        by_item.setdefault(vote.item, []).append(vote)
-    agreed: Counter[str] = Counter()
-    compared: Counter[str] = Counter()
-    for group in by_item.values():
-        choices = Counter(vote.drawing for vote in group)
-        for vote in group:
-            agreed[vote.worker] += choices[vote.drawing] - 1
-            compared[vote.worker] += len(group) - 1
-    return {worker: (agreed[worker], compared[worker]) for worker in sorted(compared)}
+    drawn = votes.assign(drawing=drawings_of(votes))
+    shares = pd.DataFrame(
+        {
+            "worker": drawn["worker"],
+            "agreed": drawn.groupby([*ITEM, "drawing"])["worker"].transform("size") - 1,
+            "compared": drawn.groupby(ITEM)["worker"].transform("size") - 1,
+        }
+    )
+    return {worker: (agreed, compared) for worker, agreed, compared in shares.groupby("worker").sum().itertuples()}

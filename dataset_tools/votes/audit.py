@@ -4,17 +4,16 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from statistics import median
 
 import numpy as np
+import pandas as pd
 
-from dataset_tools.build.items import drawing_path, own_render, view_folder
 from dataset_tools.votes.agreement import PositionBias, krippendorff_alpha, position_bias
 from dataset_tools.votes.careless_responding import flags
 from dataset_tools.votes.consensus import Aggregated, Rules, Verdict, aggregate
 from dataset_tools.votes.reliability import counted
-from dataset_tools.votes.votes import Vote
-from ncmodel.data.item import DRAWINGS, Item
+from ncmodel.data.data_folder import DataFolder
+from ncmodel.data.item import DRAWINGS
 from ncmodel.images import from_brightness, read_grey
 from ncmodel.report.contact_sheet import Tile
 from ncmodel.report.html import Block, Cell, Facts, Fold, Grid, Section, Table, Text, write_report
@@ -27,7 +26,7 @@ TIME_EDGES = (0, 2, 4, 6, 8, 10, 15, 20, 30, 60, 120)
 """Seconds that the histogram of times counts between; what is longer comes last."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Audit:
     """What the audit is about.
 
@@ -40,8 +39,8 @@ class Audit:
         signs: Worker -> signs of not looking.
     """
 
-    votes: Sequence[Vote]
-    kept: Sequence[Vote]
+    votes: pd.DataFrame
+    kept: pd.DataFrame
     aggregated: Aggregated
     alpha: float | None
     bias: PositionBias
@@ -50,19 +49,19 @@ class Audit:
     def summary(self) -> dict[str, object]:
         """The figures, for `--json`."""
         figures = {key: value for key, value in self.aggregated.summary().items() if key != "unreliable"}
-        seconds = [vote.seconds for vote in self.kept if vote.seconds is not None]
+        seconds = self.kept["seconds"].dropna()
         return {
             **figures,
             "unreliable_share": 1 - self.aggregated.reliable_share,
             "alpha": self.alpha,
             "positions": list(self.bias.counts),
             "position_p_value": self.bias.p_value,
-            "median_seconds": median(seconds) if seconds else None,
+            "median_seconds": float(seconds.median()) if len(seconds) else None,
             "flagged": {worker: list(signs) for worker, signs in self.signs.items()},
         }
 
 
-def audit(votes: Sequence[Vote], rules: Rules) -> Audit:
+def audit(votes: pd.DataFrame, rules: Rules) -> Audit:
     """Look into the votes of a study."""
     found = aggregate(votes, rules)
     kept = counted(votes, found.participants)
@@ -92,13 +91,13 @@ def write_audit(found: Audit, path: Path, data_dir: Path | None) -> None:
 def _overview(found: Audit) -> list[Block]:
     now = found.aggregated
     accepted = sum(verdict.best is not None for verdict in now.verdicts)
-    none = sum(vote.choice < 0 for vote in found.kept)
+    none = int((found.kept["choice"] < 0).sum())
     alpha = "not defined" if found.alpha is None else f"{found.alpha:.2f}"
     facts = Facts(
         [
             ("participants", str(len(now.participants))),
             ("reliable", f"{100 * now.reliable_share:.1f} %"),
-            ("votes that count", f"{len(found.kept)} of {sum(not vote.sentinel for vote in found.votes)}"),
+            ("votes that count", f"{len(found.kept)} of {int((~found.votes['sentinel']).sum())}"),
             ("items", str(len(now.verdicts))),
             ("accepted by consensus", f"{accepted} ({100 * accepted / max(1, len(now.verdicts)):.1f} %)"),
             ("agreed that none is good", str(sum(verdict.choice == -1 for verdict in now.verdicts))),
@@ -128,21 +127,21 @@ def _answers(found: Audit) -> list[Block]:
             caption="Votes for an item's favourite answer.",
         ),
     ]
-    seconds = [vote.seconds for vote in found.kept if vote.seconds is not None]
-    if seconds:
+    seconds = found.kept["seconds"].dropna().to_numpy(np.float64)
+    if len(seconds):
         counts, _ = np.histogram(seconds, [*TIME_EDGES, np.inf])
         labels = [f"{low}+" for low in TIME_EDGES]
-        caption = f"Time for a question; the median is {median(seconds):.1f} s."
+        caption = f"Time for a question; the median is {np.median(seconds):.1f} s."
         blocks.append(bar_plot(labels, counts.tolist(), y_label="votes", caption=caption))
     return blocks
 
 
 def _participants(found: Audit) -> list[Block]:
     people = found.aggregated.participants.values()
-    excluded = [
-        (person.worker, "; ".join(person.reasons), _times(found, person.worker)) for person in people if person.reasons
-    ]
-    flagged = [(worker, "; ".join(signs), _times(found, worker)) for worker, signs in found.signs.items()]
+    typical = {worker: time for worker, time in found.votes.groupby("worker")["seconds"].median().items()}
+    times = {worker: Cell("", 0.0) if time is pd.NA else Cell(f"{time:.1f}", time) for worker, time in typical.items()}
+    excluded = [(person.worker, "; ".join(person.reasons), times[person.worker]) for person in people if person.reasons]
+    flagged = [(worker, "; ".join(signs), times[worker]) for worker, signs in found.signs.items()]
     repeated = [(person.worker, str(len(person.later))) for person in people if person.later]
     blocks: list[Block] = [
         Table(["participant", "why", "median seconds"], excluded, "Excluded: their answers don't count."),
@@ -156,11 +155,6 @@ def _participants(found: Audit) -> list[Block]:
     return blocks
 
 
-def _times(found: Audit, worker: str) -> Cell:
-    seconds = [vote.seconds for vote in found.votes if vote.worker == worker and vote.seconds is not None]
-    return Cell(f"{median(seconds):.1f}", median(seconds)) if seconds else Cell("", 0.0)
-
-
 def _contested(found: Audit, data_dir: Path | None) -> list[Block]:
     """The items whose votes are spread most, with their drawings."""
     split = [verdict for verdict in found.aggregated.verdicts if verdict.total > 1 and verdict.choice is None]
@@ -168,23 +162,23 @@ def _contested(found: Audit, data_dir: Path | None) -> list[Block]:
     rows = [(verdict.item.name, Cell(str(verdict.total), verdict.total), _spelt(verdict)) for verdict in split]
     blocks: list[Block] = []
     if data_dir is not None:
-        shown = [verdict for verdict in split if view_folder(data_dir, verdict.item).is_dir()][:MOST_CONTESTED]
+        data = DataFolder(data_dir)
+        shown = [verdict for verdict in split if data.view_folder(verdict.item).is_dir()][:MOST_CONTESTED]
         blocks += [
-            Grid(_tiles(data_dir, verdict), f"{verdict.item.name}: {_spelt(verdict)}", columns=9, max_side=256)
+            Grid(_tiles(data, verdict), f"{verdict.item.name}: {_spelt(verdict)}", columns=9, max_side=256)
             for verdict in shown
         ]
     blocks.append(Fold(f"all {len(split)}", [Table(["item", "votes", "for"], rows)]))
     return blocks
 
 
-def _tiles(data_dir: Path, verdict: Verdict) -> list[Tile]:
-    item: Item = verdict.item
-    shape = read_grey(own_render(data_dir, item))
+def _tiles(data: DataFolder, verdict: Verdict) -> list[Tile]:
+    shape = read_grey(data.own_render(verdict.item))
     tiles = [Tile(from_brightness(shape), "the shape")]
-    for index in range(DRAWINGS):
+    for index, path in enumerate(data.drawing_paths(verdict.item)):
         first = verdict.twins[index]
         count = verdict.votes.get(first, 0)
-        picture = from_brightness(read_grey(drawing_path(data_dir, item, index)))
+        picture = from_brightness(read_grey(path))
         label = f"{count} vote{'' if count == 1 else 's'}" if first == index else f"the same as {first}"
         tiles.append(Tile(picture, f"{index}: {label}", highlight=count > 0))
     return tiles

@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from statistics import median
 
+import pandas as pd
 from scipy.special import bdtr, bdtrc
 
 from dataset_tools.votes.agreement import agreeing_share, p_value_of_evenness
-from dataset_tools.votes.votes import Vote
 from ncmodel.data.item import DRAWINGS
 
 FASTEST_SECONDS = 1.5
@@ -24,33 +24,32 @@ LEAST_VOTES = 8
 """Fewer answers say nothing."""
 
 
-def flags(votes: Sequence[Vote]) -> dict[str, tuple[str, ...]]:
+def flags(votes: pd.DataFrame) -> dict[str, tuple[str, ...]]:
     """Worker -> signs of not looking; workers without any are left out.
 
     Args:
         votes: All votes, sentinels too.
     """
-    by_worker: dict[str, list[Vote]] = {}
-    for vote in votes:
-        by_worker.setdefault(vote.worker, []).append(vote)
-    agreeing = agreeing_share([vote for vote in votes if not vote.sentinel])
+    ordered = votes.sort_values(["worker", "assignment", "questionnaire", "question"])
+    positions = ordered.dropna(subset="position").groupby("worker")["position"].agg(list)
+    times = votes.groupby("worker")["seconds"].agg(["count", "median"])
+    agreeing = agreeing_share(votes[~votes["sentinel"]])
     usual = _usual_agreement(agreeing)
-    copies = _copies(by_worker)
+    copies = _copies(votes)
     found = {
         worker: (
-            *_positions(own),
-            *_speed(own),
+            *_positions(positions.get(worker, [])),
+            *_speed(count, typical),
             *_disagreement(agreeing.get(worker, (0, 0)), usual),
             *copies.get(worker, ()),
         )
-        for worker, own in sorted(by_worker.items())
+        for worker, count, typical in times.itertuples()
     }
     return {worker: signs for worker, signs in found.items() if signs}
 
 
-def _positions(votes: Sequence[Vote]) -> list[str]:
+def _positions(shown: Sequence[int]) -> list[str]:
     """Always the same answer, or positions in a pattern."""
-    shown = [vote.position for vote in sorted(votes, key=_order) if vote.position is not None]
     if len(shown) < LEAST_VOTES:
         return []
     place, count = Counter(shown).most_common(1)[0]
@@ -65,15 +64,8 @@ def _positions(votes: Sequence[Vote]) -> list[str]:
     return ["favours some positions"] if uneven else []
 
 
-def _order(vote: Vote) -> tuple[str, str, int]:
-    return vote.assignment, vote.questionnaire, vote.question
-
-
-def _speed(votes: Sequence[Vote]) -> list[str]:
-    known = [vote.seconds for vote in votes if vote.seconds is not None]
-    if len(known) < LEAST_VOTES or median(known) >= FASTEST_SECONDS:
-        return []
-    return [f"{median(known):.1f} s a question"]
+def _speed(count: int, typical: float) -> list[str]:
+    return [] if count < LEAST_VOTES or typical >= FASTEST_SECONDS else [f"{typical:.1f} s a question"]
 
 
 def _usual_agreement(agreeing: Mapping[str, tuple[int, int]]) -> float:
@@ -89,14 +81,11 @@ def _disagreement(own: tuple[int, int], usual: float) -> list[str]:
     return [f"agrees in {agreed} of {compared}, others in {100 * usual:.0f} %"]
 
 
-def _copies(by_worker: Mapping[str, Sequence[Vote]]) -> dict[str, list[str]]:
+def _copies(votes: pd.DataFrame) -> dict[str, list[str]]:
     """Workers whose answers to a questionnaire equal another's, all of them."""
-    seen: dict[tuple[str, tuple[tuple[int, int], ...]], list[str]] = {}
-    for worker, votes in by_worker.items():
-        questionnaires = {vote.questionnaire for vote in votes}
-        for name in questionnaires:
-            answers = tuple(sorted((v.question, v.choice) for v in votes if v.questionnaire == name))
-            if len(answers) >= LEAST_VOTES:
-                seen.setdefault((name, answers), []).append(worker)
-    twins = [sorted(set(workers)) for workers in seen.values() if len(set(workers)) > 1]
-    return {worker: [f"same answers as {next(w for w in group if w != worker)}"] for group in twins for worker in group}
+    ordered = votes.sort_values(["question", "choice"])
+    answers = ordered.groupby(["questionnaire", "worker"], as_index=False)[["question", "choice"]].agg(tuple)
+    known = answers[answers["question"].map(len) >= LEAST_VOTES]
+    groups = known.groupby(["questionnaire", "question", "choice"])["worker"].agg(list)
+    alike = [workers for workers in groups if len(workers) > 1]
+    return {worker: [f"same answers as {next(w for w in group if w != worker)}"] for group in alike for worker in group}

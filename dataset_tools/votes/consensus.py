@@ -1,20 +1,20 @@
 """From votes to ranking pairs: consensus on each item, and shapes held out for validation."""
 
 import hashlib
-import json
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Literal
 
-from dataset_tools.questionnaires.identical_drawings import ALL_DIFFERENT, Twins, different
+import pandas as pd
+
+from dataset_tools.questionnaires.identical_drawings import ALL_DIFFERENT, Twins, different, from_text
 from dataset_tools.votes.dawid_skene import one_coin
 from dataset_tools.votes.reliability import Participant, assess, counted
-from dataset_tools.votes.votes import Vote
+from dataset_tools.votes.votes import ITEM, drawings_of, items_of
 from ncmodel.data.item import Item
+from ncmodel.data.pairs import Pair
 from ncmodel.errors import UsageError
-from ncmodel.files import write_text
 
 Method = Literal["majority", "one-coin"]
 
@@ -101,18 +101,18 @@ class Aggregated:
         """Share of the participants who are reliable."""
         return sum(person.reliable for person in self.participants.values()) / max(1, len(self.participants))
 
-    def pairs(self) -> list[dict[str, object]]:
+    def pairs(self) -> list[Pair]:
         """The ranking pairs: of each accepted item the best drawing against the others (seven, without twins)."""
         return [
-            {
-                **verdict.item.record,
-                "better": verdict.best,
-                "worse": other,
-                "votes_for": verdict.votes[verdict.best],
-                "votes": verdict.total,
-                "split": "validation" if verdict.item.shape in self.validation else "train",
-                "source": "+".join(verdict.sources),
-            }
+            Pair(
+                verdict.item,
+                verdict.best,
+                other,
+                split="validation" if verdict.item.shape in self.validation else "train",
+                votes_for=verdict.votes[verdict.best],
+                votes=verdict.total,
+                source="+".join(verdict.sources),
+            )
             for verdict in self.verdicts
             if verdict.best is not None
             for other in verdict.others
@@ -143,16 +143,15 @@ class Aggregated:
         }
 
 
-def aggregate(votes: Iterable[Vote], rules: Rules) -> Aggregated:
+def aggregate(votes: pd.DataFrame, rules: Rules) -> Aggregated:
     """Verdicts and held-out shapes from votes; neither depends on the votes' order.
 
     Raises:
         UsageError: A shape to hold out has no votes.
     """
-    everything = list(votes)
-    participants = assess(everything, rules.strict)
-    kept = counted(everything, participants, rules.unreliable_too)
-    items = sorted({vote.item for vote in everything if not vote.sentinel})
+    participants = assess(votes, rules.strict)
+    kept = counted(votes, participants, rules.unreliable_too)
+    items = items_of(votes[~votes["sentinel"]])
     shapes = {item.shape for item in items}
     unknown = sorted(set(rules.validation_shapes) - shapes)
     if unknown:
@@ -163,13 +162,17 @@ def aggregate(votes: Iterable[Vote], rules: Rules) -> Aggregated:
     return Aggregated(_verdicts(items, kept, rules), participants, frozenset(validation))
 
 
-def _verdicts(items: Sequence[Item], kept: Sequence[Vote], rules: Rules) -> list[Verdict]:
+def _verdicts(items: Sequence[Item], kept: pd.DataFrame, rules: Rules) -> list[Verdict]:
     counts: dict[Item, Counter[int]] = {item: Counter() for item in items}
     sources: dict[Item, set[str]] = {item: set() for item in items}
-    twins = {vote.item: vote.twins for vote in sorted(kept, key=lambda vote: vote.twins)}
-    for vote in kept:
-        counts[vote.item][vote.drawing] += 1
-        sources[vote.item].add(vote.source)
+    twins: dict[Item, Twins] = {}
+    drawn = kept.assign(drawing=drawings_of(kept)).value_counts([*ITEM, "drawing", "source", "twins"])
+    for shape, view, drawing, source, text, count in drawn.reset_index().itertuples(index=False):
+        item = Item(shape, view)
+        counts[item][drawing] += count
+        sources[item].add(source)
+        same = from_text(text)
+        twins[item] = max(twins.get(item, same), same)
     believed = one_coin(kept) if rules.method == "one-coin" else {}
     return [
         Verdict(
@@ -198,8 +201,3 @@ def _held_out(shapes: Iterable[str], rules: Rules) -> list[str]:
     if rules.held_out > 0 and len(ranked) > 1:
         count = min(max(count, 1), len(ranked) - 1)
     return ranked[:count] if len(ranked) > 1 else []
-
-
-def write_pairs(path: Path, aggregated: Aggregated) -> None:
-    """Write the ranking pairs, one JSON object a line."""
-    write_text(path, "".join(json.dumps(pair) + "\n" for pair in aggregated.pairs()))

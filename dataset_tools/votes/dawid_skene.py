@@ -4,12 +4,13 @@ A. P. Dawid, A. M. Skene, Maximum likelihood estimation of observer error-rates 
 with one accuracy a participant instead of a confusion matrix, for every item has its own 8 drawings.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
-from dataset_tools.votes.votes import Vote
+from dataset_tools.questionnaires.identical_drawings import from_text
+from dataset_tools.votes.votes import ITEM, drawings_of, items_of
 from ncmodel.data.item import DRAWINGS, Item
 from ncmodel.types import Floats
 
@@ -32,7 +33,7 @@ class Belief:
         return best - 1 if self.probabilities[best] >= posterior else None
 
 
-def one_coin(votes: Sequence[Vote], iterations: int = 200, tolerance: float = 1e-8) -> dict[Item, Belief]:
+def one_coin(votes: pd.DataFrame, iterations: int = 200, tolerance: float = 1e-8) -> dict[Item, Belief]:
     """Expectation maximisation over items' right choices and participants' accuracies.
 
     A participant is right with probability p, and errs evenly over the item's other choices: 8, or fewer where drawings
@@ -44,23 +45,28 @@ def one_coin(votes: Sequence[Vote], iterations: int = 200, tolerance: float = 1e
         iterations: At most.
         tolerance: Largest change that counts as none.
     """
-    if not votes:
+    if votes.empty:
         return {}
-    items = sorted({vote.item for vote in votes})
-    workers = sorted({vote.worker for vote in votes})
-    rows, names = {item: i for i, item in enumerate(items)}, {worker: i for i, worker in enumerate(workers)}
-    ordered = sorted((rows[vote.item], names[vote.worker], vote.drawing + 1) for vote in votes)
-    item, worker, choice = np.array(ordered).T
+    answers = pd.DataFrame(
+        {
+            "item": votes.groupby(ITEM).ngroup(),
+            "worker": votes.groupby("worker").ngroup(),
+            "choice": drawings_of(votes) + 1,
+        }
+    )
+    item, worker, choice = answers.sort_values(["item", "worker", "choice"]).to_numpy().T
+    items, workers = items_of(votes), worker.max() + 1
     belief = np.zeros((len(items), CHOICES))
     np.add.at(belief, (item, choice), 1.0)
     belief /= belief.sum(axis=1, keepdims=True)
     exists = np.zeros(belief.shape, dtype=np.bool_)
-    for vote in votes:
-        exists[rows[vote.item], [0, *(drawing + 1 for drawing in vote.twins)]] = True
+    exists[:, 0] = True
+    for row, text in set(zip(answers["item"], votes["twins"], strict=True)):
+        exists[row, np.array(from_text(text)) + 1] = True
     wrong = exists.sum(axis=1)[item] - 1  # choices that a wrong vote spreads over
-    answered = np.bincount(worker, minlength=len(workers))
+    answered = np.bincount(worker, minlength=workers)
     for _ in range(iterations):
-        right = np.bincount(worker, weights=belief[item, choice], minlength=len(workers))
+        right = np.bincount(worker, weights=belief[item, choice], minlength=workers)
         accuracy = (right + PRIOR_RIGHT) / (answered + PRIOR_RIGHT + PRIOR_WRONG)
         gain = np.log(accuracy)[worker] - np.log((1.0 - accuracy)[worker] / wrong)
         evidence = np.where(exists, 0.0, -np.inf)
@@ -71,4 +77,4 @@ def one_coin(votes: Sequence[Vote], iterations: int = 200, tolerance: float = 1e
         belief = updated
         if moved < tolerance:
             break
-    return {name: Belief(belief[row]) for name, row in rows.items()}
+    return {name: Belief(belief[row]) for row, name in enumerate(items)}

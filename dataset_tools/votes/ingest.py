@@ -1,16 +1,16 @@
 """What came back, from files: results read into votes, and which items are still short of them."""
 
-from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-from dataset_tools.build.items import items_to_ask_about
+from dataset_tools.questionnaires.identical_drawings import items_to_ask_about
 from dataset_tools.questionnaires.questionnaire import Key
 from dataset_tools.votes.answer_file import Ingested, read_rows
 from dataset_tools.votes.reliability import assess, counted
 from dataset_tools.votes.results_csv import Answered, Problem, read_csv_results
 from dataset_tools.votes.results_sqlite import is_database, read_site_results
-from dataset_tools.votes.votes import ingest, read_votes
+from dataset_tools.votes.votes import ITEM, ingest, read_votes
+from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
 from ncmodel.errors import NeuralContoursError
 
@@ -54,7 +54,8 @@ def top_up_needs(data_dir: Path, votes: Path, wanted: int) -> dict[Item, int]:
     Raises:
         InputError: A file can't be read.
     """
-    everything = list(read_votes(votes))
-    have = Counter(vote.item for vote in counted(everything, assess(everything)))
-    short = {item: wanted - have[item] for item in items_to_ask_about(data_dir)}
+    everything = read_votes(votes)
+    have = counted(everything, assess(everything)).groupby(ITEM).size()
+    items = items_to_ask_about(DataFolder(data_dir))
+    short = {item: wanted - int(have.get((item.shape, item.view), 0)) for item in items}
     return {item: lacking for item, lacking in short.items() if lacking > 0}

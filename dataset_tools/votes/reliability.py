@@ -1,10 +1,18 @@
 """Who can be relied on: participants who passed every sentinel, and which of their questionnaires counts."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
+import pandas as pd
+
 from dataset_tools.votes.careless_responding import flags
-from dataset_tools.votes.votes import Vote
+from dataset_tools.votes.votes import ITEM
+
+ANSWERING = ["worker", "assignment", "questionnaire"]
+"""The columns that say which answered questionnaire a vote is in."""
+
+_LAST = "~"
+"""Sorts after every time."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +43,7 @@ class Participant:
         return not self.reasons
 
 
-def assess(votes: Iterable[Vote], strict: bool = False) -> dict[str, Participant]:
+def assess(votes: pd.DataFrame, strict: bool = False) -> dict[str, Participant]:
     """Every participant, by name, in order of names.
 
     One failed sentinel, in whichever questionnaire, makes a participant unreliable (appendix 5). The first
@@ -44,28 +52,36 @@ def assess(votes: Iterable[Vote], strict: bool = False) -> dict[str, Participant
 
     Args:
         votes: All votes.
-        strict: Count signs of not looking (`suspicion.flags`) as reasons too.
+        strict: Count signs of not looking (`careless_responding.flags`) as reasons too.
     """
-    by_worker: dict[str, list[Vote]] = {}
-    for vote in votes:
-        by_worker.setdefault(vote.worker, []).append(vote)
-    signs = flags([vote for own in by_worker.values() for vote in own]) if strict else {}
-    return {worker: _assess(worker, by_worker[worker], signs.get(worker, ())) for worker in sorted(by_worker)}
+    signs = flags(votes) if strict else {}
+    answerings = _answerings(votes)
+    sources = votes.groupby("worker")["source"].unique()
+    checks = votes[votes["sentinel"]].groupby("worker")["passed"]
+    asked, passed = checks.size().to_dict(), checks.sum().to_dict()
+    found = {}
+    for worker, own in answerings.items():
+        sentinels = asked.get(worker, 0)
+        failed = sentinels - passed.get(worker, 0)
+        reasons = (*((f"failed {failed} of {sentinels} sentinels",) if failed else ()), *signs.get(worker, ()))
+        first, *later = own
+        found[worker] = Participant(
+            worker, first, reasons, sentinels, failed, tuple(later), tuple(sorted(sources[worker]))
+        )
+    return found
 
 
-def _assess(worker: str, votes: Sequence[Vote], signs: Sequence[str]) -> Participant:
-    sent: dict[tuple[str, str], str] = {}
-    for vote in votes:
-        sent[vote.assignment, vote.questionnaire] = vote.submitted or "~"  # sorts after every time
-    first, *later = sorted(sent, key=lambda name: (sent[name], name))
-    checks = [vote for vote in votes if vote.sentinel]
-    failed = sum(not vote.passed for vote in checks)
-    reasons = (*((f"failed {failed} of {len(checks)} sentinels",) if failed else ()), *signs)
-    sources = tuple(sorted({vote.source for vote in votes}))
-    return Participant(worker, first, reasons, len(checks), failed, tuple(later), sources)
+def _answerings(votes: pd.DataFrame) -> dict[str, list[tuple[str, str]]]:
+    """Worker -> (assignment, questionnaire) of all that was answered, as it was sent."""
+    sent = votes.assign(submitted=votes["submitted"].replace("", _LAST)).groupby(ANSWERING)["submitted"].max()
+    ordered = sent.reset_index().sort_values(["worker", "submitted", "assignment", "questionnaire"])
+    found: dict[str, list[tuple[str, str]]] = {}
+    for worker, assignment, questionnaire in ordered[ANSWERING].itertuples(index=False):
+        found.setdefault(worker, []).append((assignment, questionnaire))
+    return found
 
 
-def counted(votes: Iterable[Vote], participants: Mapping[str, Participant], unreliable_too: bool = False) -> list[Vote]:
+def counted(votes: pd.DataFrame, participants: Mapping[str, Participant], unreliable_too: bool = False) -> pd.DataFrame:
     """The votes that count: of each reliable participant the first questionnaire, without its sentinels.
 
     An item that a participant saw twice there counts once, as answered first.
@@ -74,15 +90,11 @@ def counted(votes: Iterable[Vote], participants: Mapping[str, Participant], unre
         votes: All votes.
         participants: As `assess` found them.
         unreliable_too: Keep the votes of unreliable participants.
+
+    Returns:
+        Some of the rows, by worker and item.
     """
-    kept: dict[tuple[str, str, str], Vote] = {}
-    for vote in votes:
-        participant = participants[vote.worker]
-        if vote.sentinel or (vote.assignment, vote.questionnaire) != participant.assignment:
-            continue
-        if participant.reliable or unreliable_too:
-            place = (vote.worker, vote.shape, vote.view)
-            held = kept.get(place)
-            if held is None or (vote.question, vote.choice) < (held.question, held.choice):
-                kept[place] = vote
-    return [kept[place] for place in sorted(kept)]
+    first = {(p.worker, *p.assignment) for p in participants.values() if p.reliable or unreliable_too}
+    mine = pd.MultiIndex.from_frame(votes[ANSWERING]).isin(first)
+    kept = votes[mine & ~votes["sentinel"]].sort_values(["worker", *ITEM, "question", "choice"])
+    return kept.drop_duplicates(["worker", *ITEM], ignore_index=True)

@@ -1,10 +1,17 @@
-"""Votes: one row for each question that a participant answered, whatever the answer was worth."""
+"""Votes: one row for each question that a participant answered, whatever the answer was worth.
+
+`Vote` is a row on its way into a vote file; whoever looks at many of them takes them as a DataFrame, `read_votes`.
+"""
 
 import csv
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
+from operator import attrgetter
 from pathlib import Path
+
+import numpy as np
+import pandas as pd
 
 from dataset_tools.questionnaires.identical_drawings import ALL_DIFFERENT, Twins, from_text, to_text
 from dataset_tools.questionnaires.questionnaire import NONE, Key, Question, Questionnaire
@@ -60,18 +67,29 @@ class Vote:
     submitted: str = ""
     twins: Twins = ALL_DIFFERENT
 
-    @property
-    def drawing(self) -> int:
-        """What the choice stands for: of drawings that are the same picture the first; -1 for none of these."""
-        return self.twins[self.choice] if self.choice >= 0 else -1
-
-    @property
-    def item(self) -> Item:
-        """What was voted on."""
-        return Item(self.shape, self.view)
-
 
 COLUMNS = tuple(one.name for one in fields(Vote))
+DTYPES = {
+    "worker": "string",
+    "assignment": "string",
+    "questionnaire": "string",
+    "question": "int64",
+    "shape": "string",
+    "view": "string",
+    "choice": "int64",
+    "sentinel": "bool",
+    "passed": "boolean",
+    "seconds": "Float64",
+    "source": "string",
+    "position": "Int64",
+    "submitted": "string",
+    "twins": "string",
+}
+"""Column -> type in a DataFrame of votes; a `Vote`'s None is missing (`pandas.NA`), twins are as in the file."""
+
+ITEM = ["shape", "view"]
+"""The columns that say what was voted on."""
+
 _OPTIONAL = ("position", "submitted", "twins")
 
 
@@ -132,26 +150,50 @@ def ingest(answered: Iterable[Answered | Problem], key: Key, out: Path) -> Inges
         questionnaire = key.questionnaires.get(one.questionnaire)
         return None if questionnaire is None else list(votes_of(one, questionnaire))
 
-    file = AnswerFile(COLUMNS, read_votes, _to_row, _identity, _digest)
+    file = AnswerFile(COLUMNS, _read_rows, _to_row, _identity, _digest)
     return append(answered, interpret, file, out)
 
 
-def read_votes(path: Path) -> Iterator[Vote]:
-    """The votes in a vote file, streamed.
+def read_votes(path: str | Path) -> pd.DataFrame:
+    """The votes in a vote file: the columns of the file, of the types `DTYPES`, in its order.
 
     Raises:
         InputError: It can't be read, lacks a column, or has a row that makes no sense.
     """
-    for where, row in read_rows(path, COLUMNS, _OPTIONAL, "a vote file"):
-        yield _from_row(where, row)
+    return to_frame(_read_rows(Path(path)))
 
 
-def write_votes(path: Path, votes: Iterable[Vote]) -> None:
-    """Write a vote file."""
+def to_frame(votes: Iterable[Vote]) -> pd.DataFrame:
+    """Votes as a DataFrame, as `read_votes` gives it."""
+    frame = pd.DataFrame(map(attrgetter(*COLUMNS), votes), columns=list(COLUMNS))
+    return frame.assign(twins=frame["twins"].map(to_text)).astype(DTYPES)
+
+
+def drawings_of(votes: pd.DataFrame) -> pd.Series:
+    """What each choice stands for: of drawings that are the same picture the first; -1 for none of these."""
+    kinds, texts = pd.factorize(votes["twins"])
+    stands_for = np.array([(*from_text(text), -1) for text in texts]).reshape(-1, DRAWINGS + 1)
+    return pd.Series(stands_for[kinds, votes["choice"]], votes.index, name="drawing")
+
+
+def items_of(votes: pd.DataFrame) -> list[Item]:
+    """The items that votes are on, sorted, each once."""
+    return [Item(*names) for names in sorted(set(zip(votes["shape"], votes["view"], strict=True)))]
+
+
+def write_votes(path: Path, votes: pd.DataFrame) -> None:
+    """Write a vote file from a DataFrame as `read_votes` gives it."""
+    values = votes[list(COLUMNS)].astype(object)
     with atomic(path) as aside, aside.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(COLUMNS)
-        writer.writerows(_to_row(vote) for vote in votes)
+        writer.writerows(map(to_cell, row) for row in values.where(votes.notna(), None).itertuples(index=False))
+
+
+def _read_rows(path: Path) -> Iterator[Vote]:
+    """The votes in a vote file, streamed."""
+    for where, row in read_rows(path, COLUMNS, _OPTIONAL, "a vote file"):
+        yield _from_row(where, row)
 
 
 def _to_row(vote: Vote) -> Sequence[str]:

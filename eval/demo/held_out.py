@@ -3,17 +3,19 @@
 import json
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from dataset_tools.build.items import list_items
-from dataset_tools.simulation.artists import ArtistDrawings, crowd_artists, open_view
+from dataset_tools.simulation.artists import ArtistDrawings, crowd_artists
 from eval.baselines import canny, grid, rtsc
 from eval.measures.evaluation import Settings, Target
 from ncmodel.cli.common import progress
+from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
+from ncmodel.data.pairs import read_pairs, write_pairs
 from ncmodel.drawing.plan import Plan
 from ncmodel.errors import InputError
 from ncmodel.files import write_text
@@ -39,29 +41,28 @@ def split_for_training(pairs: Path, held_out: Sequence[str], output: Path) -> No
 
     The choice of the best epoch looks at validation pairs, so these can't be the ones that the result is measured on.
     """
-    records = [json.loads(line) for line in pairs.read_text(encoding="utf-8").splitlines()]
-    kept = [record for record in records if record["shape"] not in held_out]
-    shapes = sorted({record["shape"] for record in kept})
+    kept = [pair for pair in read_pairs(pairs) if pair.item.shape not in held_out]
+    shapes = sorted({pair.item.shape for pair in kept})
     watching = set(shapes[VALIDATION_SHARE // 2 :: VALIDATION_SHARE])
-    for record in kept:
-        record["split"] = "validation" if record["shape"] in watching else "train"
-    write_text(output, "".join(json.dumps(record) + "\n" for record in kept))
+    write_pairs(
+        output, (replace(pair, split="validation" if pair.item.shape in watching else "train") for pair in kept)
+    )
 
 
 def draw_held_out(out: Path, held_out: Sequence[str], effort: str) -> None:
     """Draw the held-out views by every method, beside the simulated artists' drawings, under `out`/held-out."""
-    data, folder = out / "data", out / "held-out"
-    items = list_items(data)
+    data, folder = DataFolder(out / "data"), out / "held-out"
+    items = data.items()
     artists = ArtistDrawings(data, crowd_artists())
     mine = [item for item in items if item.shape in held_out]
     if not mine:
-        raise InputError(data, "no view of a held-out shape", f"views of {', '.join(held_out)}")
+        raise InputError(data.root, "no view of a held-out shape", f"views of {', '.join(held_out)}")
     canny_settings, tuned = _tune([item for item in items if item.shape not in held_out], artists)
     model = load_model(out / "model.safetensors")
     chosen: dict[str, Any] = {}
     with progress("Held-out views", len(mine)) as advance:
         for item in mine:
-            view = open_view(data, item)
+            view = data.open_view(item)
             for method, plan in {**rtsc.METHODS, **tuned}.items():
                 _write(folder, method, item, rtsc.draw(view, plan))
             _write(folder, "Canny", item, canny.draw(view, canny_settings))
@@ -93,23 +94,23 @@ def _draw_variants(model: Model, view: View, item: Item, folder: Path, effort: s
     return record
 
 
-def _score_pairs(model: Model, data: Path, pairs: Path, held_out: set[str]) -> list[dict[str, Any]]:
+def _score_pairs(model: Model, data: DataFolder, pairs: Path, held_out: set[str]) -> list[dict[str, Any]]:
     """The ranking module's scores of both drawings of every held-out pair."""
     import torch
 
     from ncmodel.training.batches import load_pairs
-    from ncmodel.training.dataset import DataFolder, read_pairs
+    from ncmodel.training.dataset import ViewImages
     from ncmodel.training.objectives import score_batch
 
     ranker = model.checkpoint.ranker
     if ranker is None:
         raise InputError("model.safetensors", "no ranking module", "a model trained in all stages")
-    folder = DataFolder(data, [ranker.dims.size])
+    images = ViewImages(data, [ranker.dims.size])
     wanted = [pair for pair in read_pairs(pairs) if pair.item.shape in held_out]
     records = []
     for item in sorted({pair.item for pair in wanted}):
         mine = [pair for pair in wanted if pair.item == item]
-        loaded = load_pairs(folder, mine, ranker.dims.size)
+        loaded = load_pairs(images, mine, ranker.dims.size)
         with torch.inference_mode():
             scores = score_batch(ranker, loaded.batch).tolist()
         records += [
@@ -131,7 +132,7 @@ def _tune(items: Sequence[Item], artists: ArtistDrawings) -> tuple[canny.CannySe
     examples = []
     with progress("Baselines' parameters: training views", len(chosen)) as advance:
         for item in chosen:
-            view = open_view(artists.data_dir, item)
+            view = artists.data.open_view(item)
             references = {str(number): ink for number, ink in enumerate(artists.inks(item)[:1])}
             examples.append((view, Target.of(item.name, references, Settings(), view.buffers.hit)))
             advance(item.name)

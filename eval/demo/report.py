@@ -8,14 +8,14 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from dataset_tools.build.items import drawing_path, list_items, own_render
 from dataset_tools.votes.consensus import Rules, aggregate
 from dataset_tools.votes.votes import read_votes
 from eval.demo.stages import Measured, Stage
 from eval.measures.bootstrap import PairAccuracy
 from eval.measures.comparison import Comparison, compare, comparison_table, comparison_text, difference_table
 from eval.measures.evaluation import Settings
-from ncmodel.data.item import Item
+from ncmodel.data.data_folder import DataFolder
+from ncmodel.data.item import DRAWINGS, Item
 from ncmodel.files import write_text
 from ncmodel.images import from_brightness as grey
 from ncmodel.images import from_ink, read_grey
@@ -105,7 +105,7 @@ def write_demo_report(out: Path, stages: Sequence[tuple[Stage, Measured]]) -> di
 def _summary(out: Path, outcome: Outcome, stages: Sequence[tuple[Stage, Measured]]) -> dict[str, Any]:
     comparison = outcome.comparison
     votes = aggregate(read_votes(out / "votes.csv"), Rules()).summary()
-    items = list_items(out / "data")
+    items = DataFolder(out / "data").items()
     return {
         "participants": "simulated",
         "report": str(out / "report.html"),
@@ -192,12 +192,11 @@ def _mean(values: Any) -> str:
 
 def _held_out(out: Path, outcome: Outcome) -> list[Block]:
     blocks: list[Block] = []
-    folder = out / "held-out"
+    data, folder = DataFolder(out / "data"), out / "held-out"
     for name, view in sorted(outcome.model["views"].items()):
-        item = Item(*name.rsplit("_", 1))
         scores = {method: _f1(outcome.comparison, method, name) for method in METHODS}
         best = max(scores.values())
-        tiles = [Tile(grey(read_grey(own_render(out / "data", item))), "shape")]
+        tiles = [Tile(grey(read_grey(data.own_render(Item.named(name)))), "shape")]
         tiles += [Tile(from_ink(_ink(folder / "references" / name / "0.png")), "a simulated artist")]
         tiles += [
             Tile(
@@ -227,25 +226,23 @@ def _f1(comparison: Comparison, method: str, name: str) -> float:
 
 
 def _votes(out: Path, held_out: Sequence[str]) -> list[Block]:
-    counts: Counter[tuple[str, str, int]] = Counter()
-    for vote in read_votes(out / "votes.csv"):
-        if not vote.sentinel:
-            counts[vote.shape, vote.view, vote.choice] += 1
+    everything, data = read_votes(out / "votes.csv"), DataFolder(out / "data")
+    votes = everything[~everything["sentinel"]]
+    counts = Counter(zip(votes["shape"], votes["view"], votes["choice"], strict=True))
     first: list[Grid] = []
     rest: list[Grid] = []
-    for item in list_items(out / "data"):
-        (first if item.shape in held_out else rest).append(_candidates(out, item, counts))
+    for item in data.items():
+        (first if item.shape in held_out else rest).append(_candidates(data, item, counts))
     note = Text("Votes of simulated participants; those who failed a sentinel are counted here too.", "note")
     return [note, *first, Fold(f"The other {len(rest)} views", rest)]
 
 
-def _candidates(out: Path, item: Item, counts: Counter[tuple[str, str, int]]) -> Grid:
-    votes = [counts[item.shape, item.view, index] for index in range(8)]
-    tiles = [Tile(grey(read_grey(own_render(out / "data", item))), "shape")]
-    for index, count in enumerate(votes):
-        ink = from_ink(_ink(drawing_path(out / "data", item, index)))
+def _candidates(data: DataFolder, item: Item, counts: Counter[tuple[str, str, int]]) -> Grid:
+    none, *votes = (counts[item.shape, item.view, choice] for choice in range(-1, DRAWINGS))
+    tiles = [Tile(grey(read_grey(data.own_render(item))), "shape")]
+    for path, count in zip(data.drawing_paths(item), votes, strict=True):
+        ink = from_ink(_ink(path))
         tiles.append(Tile(ink, f"{count} vote{'s' if count != 1 else ''}", highlight=0 < count == max(votes)))
-    none = counts[item.shape, item.view, -1]
     return Grid(tiles, f"{item.name}{f' ({none} x none of these)' if none else ''}", columns=9, max_side=THUMB)
 
 

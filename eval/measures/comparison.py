@@ -1,15 +1,16 @@
 """Methods beside each other: means with confidence intervals, the best of each measure, and paired differences."""
 
-import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
 from functools import cached_property
 
 import numpy as np
+import pandas as pd
 
 from eval.measures.bootstrap import percentile_interval, resampled_means
 from eval.measures.evaluation import Evaluation, Score, Settings, targets
 from eval.measures.metrics import LOWER_IS_BETTER, MEASURES, Measures
+from ncmodel.data.item import Item
 from ncmodel.errors import UsageError
 from ncmodel.report.html import Cell, Table
 from ncmodel.report.intervals import Interval
@@ -47,7 +48,11 @@ class Difference:
 
 def shape_of(name: str) -> str:
     """The shape a drawing shows: its name without the number of the view, SHAPE_VIEW."""
-    return re.sub(r"_\d+$", "", name)
+    try:
+        item = Item.named(name)
+    except ValueError:
+        return name
+    return item.shape if item.view.isdecimal() else name
 
 
 @dataclass(frozen=True)
@@ -92,6 +97,19 @@ class Comparison:
     def interval(self, method: str, measure: str) -> Interval:
         """95 % confidence interval of a method's mean, over resampled shapes."""
         return percentile_interval(self.samples[method][measure])
+
+    def to_frame(self) -> pd.DataFrame:
+        """A row a method and measure: `method`, `measure` (string), `mean`, `low`, `high` (float64).
+
+        `low` and `high` are the ends of the mean's 95 % confidence interval.
+        """
+        rows = [
+            (method, measure, getattr(self.mean(method), measure), *astuple(self.interval(method, measure)))
+            for method in self.evaluations
+            for measure in MEASURES
+        ]
+        types = {"method": "string", "measure": "string", "mean": "float64", "low": "float64", "high": "float64"}
+        return pd.DataFrame(rows, columns=list(types)).astype(types)
 
     def best(self, measure: str) -> frozenset[str]:
         """The methods with the best mean."""

@@ -2,9 +2,11 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import astuple, dataclass
 
-from eval.measures.metrics import Lines, Measures, compare_lines, mean_measures
+import pandas as pd
+
+from eval.measures.metrics import MEASURES, Lines, Measures, compare_lines, mean_measures
 from eval.measures.references import most_consistent
 from eval.measures.thinning import DEFAULT_THRESHOLD, silhouette_band, thin_lines
 from ncmodel.errors import UsageError
@@ -43,10 +45,6 @@ class Score:
     reference: str
     measures: Measures
 
-    def to_record(self) -> dict[str, str | float]:
-        """The score as one flat JSON object."""
-        return {"name": self.name, "reference": self.reference, **asdict(self.measures)}
-
 
 @dataclass(frozen=True)
 class Evaluation:
@@ -63,6 +61,12 @@ class Evaluation:
     def mean(self) -> Measures:
         """Over all pairs of drawing and reference; F1 from the mean precision and recall."""
         return mean_measures([score.measures for score in self.scores])
+
+    def to_frame(self) -> pd.DataFrame:
+        """The scores as a table: `name` and `reference` (string), and every measure (float64)."""
+        rows = [(score.name, score.reference, *astuple(score.measures)) for score in self.scores]
+        types = {"name": "string", "reference": "string", **dict.fromkeys(MEASURES, "float64")}
+        return pd.DataFrame(rows, columns=list(types)).astype(types)
 
 
 @dataclass(frozen=True, eq=False)

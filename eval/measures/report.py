@@ -97,7 +97,7 @@ def record(
     """
     method, evaluation = next(iter(comparison.evaluations.items()))
     return {
-        "drawings": [score.to_record() for score in evaluation.scores],
+        "drawings": evaluation.to_frame().to_dict("records"),
         "mean": asdict(evaluation.mean),
         "interval": {name: asdict(comparison.interval(method, name)) for name in MEASURES},
         "settings": {**asdict(evaluation.settings), **(page or {})},

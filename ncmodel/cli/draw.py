@@ -14,6 +14,7 @@ import typer
 
 from ncmodel.cli.common import emit, progress
 from ncmodel.errors import BatchError, InputError, NeuralContoursError, UsageError
+from ncmodel.export.page import WIDTH
 from ncmodel.types import FILTERED_FAMILIES
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def draw(
     thresholds: Annotated[
         str | None, typer.Option(help="FAMILY=VALUE,... in rtsc's units (default suggestive=0.01, others 0.1)")
     ] = None,
-    width: Annotated[float, typer.Option(help="Line width in pixels, at 768; lines grow with the picture.")] = 2.5,
+    width: Annotated[float, typer.Option(help="Line width in pixels, at 768; lines grow with the picture.")] = WIDTH,
     background: Annotated[
         str | None, typer.Option(help="#rrggbb, white, black or transparent (default none; white in a .png)")
     ] = None,

@@ -13,6 +13,18 @@ class Item:
     shape: str
     view: str
 
+    @staticmethod
+    def named(name: str) -> "Item":
+        """The item of a name SHAPE_VIEW, of which the shape's part may hold underscores too.
+
+        Raises:
+            ValueError: It isn't such a name.
+        """
+        shape, _, view = name.rpartition("_")
+        if not shape or not view:
+            raise ValueError(f"{name!r} isn't SHAPE_VIEW")
+        return Item(shape, view)
+
     @property
     def name(self) -> str:
         """The name of its folder: SHAPE_VIEW."""

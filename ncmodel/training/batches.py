@@ -14,8 +14,9 @@ from torch import Tensor
 from torch.nn import functional
 
 from ncmodel.data.item import Item
+from ncmodel.data.pairs import Pair
 from ncmodel.nets.presets import BACKGROUND, Variation
-from ncmodel.training.dataset import DataFolder, Pair
+from ncmodel.training.dataset import ViewImages
 
 T = TypeVar("T")
 
@@ -58,24 +59,24 @@ class PairBatch:
         return PairBatch(self.batch.to(device), self.better.to(device), self.worse.to(device))
 
 
-def load_batch(folder: DataFolder, wanted: Sequence[tuple[Item, int]], size: int) -> Batch:
-    """The given drawings, with the maps of the views that they are of, at one of the folder's sizes."""
+def load_batch(images: ViewImages, wanted: Sequence[tuple[Item, int]], size: int) -> Batch:
+    """The given drawings, with the maps of the views that they are of, at one of the images' sizes."""
     items = list(dict.fromkeys(item for item, _ in wanted))
     place = {item: index for index, item in enumerate(items)}
-    maps = np.stack([folder.maps(item, size) for item in items])
-    drawings = np.stack([folder.drawing(item, index, size) for item, index in wanted])[:, None]
+    maps = np.stack([images.maps(item, size) for item in items])
+    drawings = np.stack([images.drawing(item, index, size) for item, index in wanted])[:, None]
     view = torch.tensor([place[item] for item, _ in wanted])
     return Batch(torch.from_numpy(maps), torch.from_numpy(drawings), view)
 
 
-def load_pairs(folder: DataFolder, pairs: Sequence[Pair], size: int) -> PairBatch:
-    """All drawings that some pairs speak of, at one of the folder's sizes."""
+def load_pairs(images: ViewImages, pairs: Sequence[Pair], size: int) -> PairBatch:
+    """All drawings that some pairs speak of, at one of the images' sizes."""
     ends = [((pair.item, pair.better), (pair.item, pair.worse)) for pair in pairs]
     wanted = list(dict.fromkeys(end for both in ends for end in both))
     place = {drawing: index for index, drawing in enumerate(wanted)}
     better = torch.tensor([place[better] for better, _ in ends])
     worse = torch.tensor([place[worse] for _, worse in ends])
-    return PairBatch(load_batch(folder, wanted, size), better, worse)
+    return PairBatch(load_batch(images, wanted, size), better, worse)
 
 
 def pair_chunks(pairs: Sequence[Pair], size: int, rng: np.random.Generator) -> list[list[Pair]]:

@@ -10,6 +10,7 @@ import torch
 from torch import Tensor, nn
 
 from ncmodel.data.item import Item
+from ncmodel.data.pairs import Pair, best_drawings
 from ncmodel.nets.losses import cross_entropy, pair_accuracy, ranking_loss
 from ncmodel.nets.presets import Preset, Rates
 from ncmodel.nets.ranking import RankingModule
@@ -25,7 +26,7 @@ from ncmodel.training.batches import (
     shuffled,
     vary,
 )
-from ncmodel.training.dataset import DataFolder, Pair, best_drawings
+from ncmodel.training.dataset import ViewImages
 
 Measures = dict[str, float]
 
@@ -61,8 +62,8 @@ class RankerObjective:
     name = "ranker"
     pretrained = False
 
-    def __init__(self, preset: Preset, ranker: RankingModule, folder: DataFolder, pairs: Sequence[Pair]) -> None:
-        self.preset, self.ranker, self.folder = preset, ranker, folder
+    def __init__(self, preset: Preset, ranker: RankingModule, images: ViewImages, pairs: Sequence[Pair]) -> None:
+        self.preset, self.ranker, self.images = preset, ranker, images
         self.training = [pair for pair in pairs if pair.split == "train"]
         self.held_out = [pair for pair in pairs if pair.split == "validation"]
         self.networks: dict[str, nn.Module] = {"ranker": ranker}
@@ -72,7 +73,7 @@ class RankerObjective:
         """Measure the input scales."""
         items = set(sorted({pair.item for pair in self.training})[:SCALE_VIEWS])
         ends = {(pair.item, end) for pair in self.training for end in (pair.better, pair.worse) if pair.item in items}
-        batch = load_batch(self.folder, sorted(ends), self.ranker.dims.size).to(device_of(self.ranker))
+        batch = load_batch(self.images, sorted(ends), self.ranker.dims.size).to(device_of(self.ranker))
         self.ranker.standardise_maps.fit(batch.maps)
         self.ranker.standardise_drawing.fit(batch.drawings)
 
@@ -82,13 +83,13 @@ class RankerObjective:
         return [partial(self._loss, chunk, rng) for chunk in chunks]
 
     def _loss(self, chunk: Sequence[Pair], rng: np.random.Generator) -> Tensor:
-        pairs = load_pairs(self.folder, chunk, self.ranker.dims.size).to(device_of(self.ranker))
+        pairs = load_pairs(self.images, chunk, self.ranker.dims.size).to(device_of(self.ranker))
         scores = score_batch(self.ranker, vary(pairs.batch, self.preset.variation, rng))
         return ranking_loss(scores[pairs.better], scores[pairs.worse])
 
     def validate(self) -> Measures:
         """Pair accuracy and mean hinge loss."""
-        return judge_pairs(self.ranker, self.folder, self.held_out, self.rates.batch)
+        return judge_pairs(self.ranker, self.images, self.held_out, self.rates.batch)
 
     def loss_of(self, measures: Measures) -> float:
         """The hinge loss."""
@@ -102,9 +103,9 @@ class TranslatorObjective:
     pretrained = False
 
     def __init__(
-        self, preset: Preset, translator: TranslationBranch, folder: DataFolder, pairs: Sequence[Pair]
+        self, preset: Preset, translator: TranslationBranch, images: ViewImages, pairs: Sequence[Pair]
     ) -> None:
-        self.preset, self.translator, self.folder = preset, translator, folder
+        self.preset, self.translator, self.images = preset, translator, images
         best = best_drawings(pairs)
         held_out = {pair.item for pair in pairs if pair.split == "validation"}
         self.training = [(item, best[item]) for item in sorted(best) if item not in held_out]
@@ -114,7 +115,7 @@ class TranslatorObjective:
 
     def prepare(self) -> None:
         """Measure the input scales and the share of ink."""
-        batch = load_batch(self.folder, self.training[:SCALE_VIEWS], self.translator.dims.size)
+        batch = load_batch(self.images, self.training[:SCALE_VIEWS], self.translator.dims.size)
         batch = batch.to(device_of(self.translator))
         self.translator.standardise.fit(batch.maps)
         self.translator.expect_ink(float(batch.drawings.mean()))
@@ -125,13 +126,13 @@ class TranslatorObjective:
         return [partial(self._loss, chunk, rng) for chunk in chunks]
 
     def _loss(self, chunk: Sequence[tuple[Item, int]], rng: np.random.Generator) -> Tensor:
-        batch = load_batch(self.folder, chunk, self.translator.dims.size).to(device_of(self.translator))
+        batch = load_batch(self.images, chunk, self.translator.dims.size).to(device_of(self.translator))
         batch = vary(batch, self.preset.variation, rng)
         return cross_entropy(self.translator.logits(batch.maps), batch.drawings)
 
     def validate(self) -> Measures:
         """Mean cross-entropy."""
-        return judge_views(self.translator, self.folder, self.held_out)
+        return judge_views(self.translator, self.images, self.held_out)
 
     def loss_of(self, measures: Measures) -> float:
         """The cross-entropy."""
@@ -149,12 +150,12 @@ class FinetuneObjective:
         preset: Preset,
         ranker: RankingModule,
         translator: TranslationBranch,
-        folder: DataFolder,
+        images: ViewImages,
         pairs: Sequence[Pair],
     ) -> None:
         self.preset, self.rates, self.averaging = preset, preset.finetune, preset.averaging
-        self.ranking = RankerObjective(preset, ranker, folder, pairs)
-        self.translation = TranslatorObjective(preset, translator, folder, pairs)
+        self.ranking = RankerObjective(preset, ranker, images, pairs)
+        self.translation = TranslatorObjective(preset, translator, images, pairs)
         self.networks: dict[str, nn.Module] = {"ranker": ranker, "translator": translator}
 
     def prepare(self) -> None:
@@ -166,7 +167,7 @@ class FinetuneObjective:
         return [partial(self._loss, chunk, rng) for chunk in chunks]
 
     def _loss(self, chunk: Sequence[Pair], rng: np.random.Generator) -> Tensor:
-        loaded = load_pairs(self.ranking.folder, chunk, self.preset.translation.size)
+        loaded = load_pairs(self.ranking.images, chunk, self.preset.translation.size)
         loaded = loaded.to(device_of(self.ranking.ranker))
         pairs = replace(loaded, batch=vary(loaded.batch, self.preset.variation, rng))
         losses = finetune_losses(self.ranking.ranker, self.translation.translator, pairs)
@@ -227,14 +228,14 @@ def score_batch(ranker: RankingModule, batch: Batch) -> Tensor:
 
 
 @torch.no_grad()
-def judge_pairs(ranker: RankingModule, folder: DataFolder, pairs: Sequence[Pair], batch: int) -> Measures:
+def judge_pairs(ranker: RankingModule, images: ViewImages, pairs: Sequence[Pair], batch: int) -> Measures:
     """Pair accuracy and mean hinge loss on some pairs; empty without pairs."""
     if not pairs:
         return {}
     better, worse = [], []
     ranker.eval()
     for chunk in even_chunks(sorted(pairs, key=lambda pair: pair.item), batch):
-        loaded = load_pairs(folder, chunk, ranker.dims.size).to(device_of(ranker))
+        loaded = load_pairs(images, chunk, ranker.dims.size).to(device_of(ranker))
         scores = score_batch(ranker, loaded.batch)
         better.append(scores[loaded.better])
         worse.append(scores[loaded.worse])
@@ -243,11 +244,11 @@ def judge_pairs(ranker: RankingModule, folder: DataFolder, pairs: Sequence[Pair]
 
 
 @torch.no_grad()
-def judge_views(translator: TranslationBranch, folder: DataFolder, views: Sequence[tuple[Item, int]]) -> Measures:
+def judge_views(translator: TranslationBranch, images: ViewImages, views: Sequence[tuple[Item, int]]) -> Measures:
     """Mean cross-entropy on some views' best drawings; empty without views."""
     if not views:
         return {}
     translator.eval()
-    batches = (load_batch(folder, [view], translator.dims.size).to(device_of(translator)) for view in views)
+    batches = (load_batch(images, [view], translator.dims.size).to(device_of(translator)) for view in views)
     losses = [cross_entropy(translator.logits(b.maps), b.drawings) for b in batches]
     return {"cross_entropy": float(torch.stack(losses).mean())}

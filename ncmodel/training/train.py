@@ -17,6 +17,8 @@ import numpy as np
 import torch
 from torch import nn
 
+from ncmodel.data.data_folder import DataFolder
+from ncmodel.data.pairs import Pair
 from ncmodel.errors import InputError, UsageError
 from ncmodel.files import write_text
 from ncmodel.nets.blocks import WIDE, initialise, threads_for
@@ -25,7 +27,7 @@ from ncmodel.nets.presets import Preset, Rates
 from ncmodel.nets.ranking import RankingModule
 from ncmodel.nets.translation import TranslationBranch
 from ncmodel.progress import Progress, silent
-from ncmodel.training.dataset import DataFolder, Pair, read_pairs
+from ncmodel.training.dataset import ViewImages, read_training_pairs
 from ncmodel.training.loop import STAGES, Plan, Progressed, fit
 from ncmodel.training.objectives import FinetuneObjective, Measures, Objective, RankerObjective, TranslatorObjective
 
@@ -137,12 +139,12 @@ def run_training(
         InputError: The data or an earlier checkpoint can't be used.
         UsageError: An earlier training in the same place was another one, or finetuning lacks a network.
     """
-    read = read_pairs(pairs)
-    folder = DataFolder(data, (preset.translation.size, preset.ranking.size))
+    read, folder = read_training_pairs(pairs), DataFolder(data)
     folder.require(sorted({pair.item for pair in read}), pairs)
     if not Path(out).absolute().parent.is_dir():
         raise InputError(out, "its folder doesn't exist", "a file in an existing folder")
-    run = _Run(Path(out), preset, options, folder, read)
+    images = ViewImages(folder, (preset.translation.size, preset.ranking.size))
+    run = _Run(Path(out), preset, options, images, read)
     for name in options.stages:
         run.stage(name, progress)
     return TrainReport(str(out), preset.name, run.counts, run.reports, run.history)
@@ -152,9 +154,9 @@ class _Run:
     """One call of `run_training`: the networks so far, and what its stages have reported."""
 
     def __init__(
-        self, out: Path, preset: Preset, options: TrainOptions, folder: DataFolder, pairs: Sequence[Pair]
+        self, out: Path, preset: Preset, options: TrainOptions, images: ViewImages, pairs: Sequence[Pair]
     ) -> None:
-        self.out, self.preset, self.options, self.folder, self.pairs = out, preset, options, folder, pairs
+        self.out, self.preset, self.options, self.images, self.pairs = out, preset, options, images, pairs
         splits = [pair.split for pair in pairs]
         self.counts = {split: splits.count(split) for split in ("train", "validation")}
         self.reports: list[StageReport] = []
@@ -224,7 +226,7 @@ class _Run:
 
     def _objective(self, stage: str) -> Objective:
         """What a stage trains: new networks, which `fit` brings to where their state says, or those to finetune."""
-        shared = (self.folder, self.pairs)
+        shared = (self.images, self.pairs)
         if stage == "ranker":
             return RankerObjective(self.preset, self._new(RankingModule(self.preset.ranking), stage), *shared)
         if stage == "translator":

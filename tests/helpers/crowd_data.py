@@ -2,11 +2,13 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 import trimesh
 
+from dataset_tools.votes.votes import Vote, read_votes
 from ncmodel.camera import Camera
 from ncmodel.data.item import DRAWINGS
 from ncmodel.images import from_brightness, from_ink, write_png
@@ -43,6 +45,12 @@ def _make_view(folder: Path, vertices: np.ndarray, seed: int, renders: int, size
         write_png(folder / "renders" / f"{index}.png", from_brightness(rng.random((size, size))))
 
 
+def vote_rows(path: Path) -> list[Any]:
+    """The votes in a file as named tuples, with None for what is missing."""
+    votes = read_votes(path)
+    return list(votes.astype(object).where(votes.notna(), None).itertuples(index=False, name="Row"))
+
+
 def scribble(rng: np.random.Generator, lines: int, size: int = SIZE) -> Image:
     """(H, W) ink of random lines."""
     ink = np.zeros((size, size), dtype=np.float32)
@@ -60,3 +68,12 @@ def make_artists(folder: Path, data: Path, each: int = 1) -> Path:
             rng = np.random.default_rng([number, index, 5])
             write_png(folder / view.name / f"{index}.png", from_ink(scribble(rng, 6)))
     return folder
+
+
+def vote(worker: str, shape: str, choice: int, **more: object) -> Vote:
+    """A participant's answer about a shape's one view."""
+    values: dict[str, object] = {
+        "worker": worker, "assignment": f"a-{worker}", "questionnaire": "q", "question": 1, "shape": shape, "view": "0",
+        "choice": choice, "sentinel": False, "passed": None, "seconds": 5.0, "source": "mturk",
+    }  # fmt: skip
+    return Vote(**{**values, **more})  # type: ignore[arg-type]

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from dataset_tools.build.config import BuildConfig
 from dataset_tools.build.costs import (
     BuildCost,
     build_rows,
@@ -16,7 +17,6 @@ from dataset_tools.build.costs import (
     measure_view,
 )
 from dataset_tools.candidates.chamfer_matrix import chamfer_matrix
-from dataset_tools.build.config import BuildConfig
 from ncmodel.mesh.load import make_mesh
 from ncmodel.types import Mask, Mesh
 from tests.helpers import dirty

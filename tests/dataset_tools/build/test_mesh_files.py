@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from dataset_tools.build.manifest import file_checksum
 from dataset_tools.build.config import BuildConfig
+from dataset_tools.build.manifest import file_checksum
 from dataset_tools.build.mesh_files import content_checksum, find_sources, read_up_table
 from ncmodel.errors import InputError
 

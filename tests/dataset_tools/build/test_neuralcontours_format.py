@@ -11,9 +11,9 @@ from dataset_tools.build.neuralcontours_format import NAMES, ExchangedView, exch
 from dataset_tools.candidates.viewpoints import camera_at
 from ncmodel.errors import InputError
 from ncmodel.mesh.load import make_mesh
+from ncmodel.model.maps import line_maps
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
-from ncmodel.model.maps import line_maps
 from ncmodel.types import LineFamily
 from tests.helpers import dirty
 

@@ -11,6 +11,7 @@ import pytest
 
 from dataset_tools.build.manifest import damage, file_checksum
 from dataset_tools.build.store import Store, ViewStatus, writing_to
+from ncmodel.data.item import Item
 from ncmodel.errors import InputError
 
 FILES = {"a.txt": b"first", "drawings/0.png": b"second"}
@@ -35,7 +36,7 @@ def states(store: Store, shape: str, views: int = 1) -> list[tuple[str, str]]:
 
 
 def test_a_folder_is_written_with_its_manifest(store: Store) -> None:
-    target = store.view_folder("cow", 1)
+    target = store.view_folder(Item("cow", "1"))
     store.write_folder(target, FILES, "m")
     assert target.name == "cow_1"
     assert {
@@ -46,7 +47,7 @@ def test_a_folder_is_written_with_its_manifest(store: Store) -> None:
 
 
 def test_a_folder_replaces_the_one_before(store: Store) -> None:
-    target = store.view_folder("cow", 0)
+    target = store.view_folder(Item("cow", "0"))
     store.write_folder(target, {"old.txt": b"x"}, "m")
     store.write_folder(target, FILES, "m")
     assert not (target / "old.txt").exists()
@@ -64,8 +65,8 @@ def test_a_folder_that_could_not_be_written_leaves_nothing(store: Store, monkeyp
 
     monkeypatch.setattr(Path, "write_bytes", fill_the_disk)
     with pytest.raises(InputError, match="the disk is full"):
-        store.write_folder(store.view_folder("cow", 0), FILES, MESH)
-    assert not store.view_folder("cow", 0).exists()
+        store.write_folder(store.view_folder(Item("cow", "0")), FILES, MESH)
+    assert not store.view_folder(Item("cow", "0")).exists()
     assert not list((store.root / ".tmp").iterdir())
 
 
@@ -102,7 +103,7 @@ def test_damage_is_found(
     store: Store, name: str, content: bytes | None, found_without_checksums: bool, reason: str
 ) -> None:
     write_shape(store, "cow")
-    folder = store.view_folder("cow", 0)
+    folder = store.view_folder(Item("cow", "0"))
     store.write_folder(folder, FILES, "m")
     (folder / name).unlink() if content is None else (folder / name).write_bytes(content)
     assert damage(folder, verify=True) == reason
@@ -115,19 +116,19 @@ def test_the_state_is_what_lies_on_disk(store: Store) -> None:
     assert states(store, "cow") == [("pending", "not cleaned yet")]
     write_shape(store, "cow")
     assert states(store, "cow", 2) == [("pending", ""), ("pending", "")]
-    store.write_folder(store.view_folder("cow", 1), FILES, MESH)
-    store.record_problem(store.view_folder("cow", 0), "failed", "too strange", MESH)
+    store.write_folder(store.view_folder(Item("cow", "1")), FILES, MESH)
+    store.record_problem(store.view_folder(Item("cow", "0")), "failed", "too strange", MESH)
     assert states(store, "cow", 2) == [("failed", "too strange"), ("done", "")]
-    store.write_folder(store.view_folder("cow", 0), FILES, MESH)
+    store.write_folder(store.view_folder(Item("cow", "0")), FILES, MESH)
     assert states(store, "cow", 2) == [("done", ""), ("done", "")]
 
 
 def test_noted_damage_counts_until_the_folder_is_written_again(store: Store) -> None:
     write_shape(store, "cow")
-    store.write_folder(store.view_folder("cow", 0), FILES, MESH)
-    store.record_problem(store.view_folder("cow", 0), "damaged", "a.txt was changed", MESH)
+    store.write_folder(store.view_folder(Item("cow", "0")), FILES, MESH)
+    store.record_problem(store.view_folder(Item("cow", "0")), "damaged", "a.txt was changed", MESH)
     assert states(store, "cow") == [("damaged", "a.txt was changed")]
-    store.write_folder(store.view_folder("cow", 0), FILES, MESH)
+    store.write_folder(store.view_folder(Item("cow", "0")), FILES, MESH)
     assert states(store, "cow") == [("done", "")]
     store.record_problem(store.shape_folder("cow"), "damaged", "mesh.ply was changed", "source")
     assert states(store, "cow") == [("damaged", "shape: mesh.ply was changed")]
@@ -135,10 +136,10 @@ def test_noted_damage_counts_until_the_folder_is_written_again(store: Store) -> 
 
 
 def test_a_folder_is_removed_as_a_whole(store: Store) -> None:
-    store.write_folder(store.view_folder("cow", 0), FILES, MESH)
-    store.remove_folder(store.view_folder("cow", 0))
-    store.remove_folder(store.view_folder("cow", 0))
-    assert not store.view_folder("cow", 0).exists()
+    store.write_folder(store.view_folder(Item("cow", "0")), FILES, MESH)
+    store.remove_folder(store.view_folder(Item("cow", "0")))
+    store.remove_folder(store.view_folder(Item("cow", "0")))
+    assert not store.view_folder(Item("cow", "0")).exists()
     assert not list((store.root / ".tmp").iterdir())
 
 
@@ -184,7 +185,7 @@ def test_leftovers_of_a_killed_build_are_swept_away(store: Store) -> None:
 def write_often(root: Path, times: int, content: bytes) -> None:
     store = Store(root)
     for _ in range(times):
-        store.write_folder(store.view_folder("cow", 0), {"a.txt": content, "b.txt": content}, "m")
+        store.write_folder(store.view_folder(Item("cow", "0")), {"a.txt": content, "b.txt": content}, "m")
 
 
 def test_processes_that_finish_the_same_folder_at_the_same_time_do_not_fail(store: Store) -> None:
@@ -195,7 +196,7 @@ def test_processes_that_finish_the_same_folder_at_the_same_time_do_not_fail(stor
     for other in others:
         other.join()
     assert [other.exitcode for other in others] == [0, 0]
-    assert damage(store.view_folder("cow", 0), verify=True) == ""
+    assert damage(store.view_folder(Item("cow", "0")), verify=True) == ""
     assert not list((store.root / ".tmp").iterdir())
 
 
@@ -213,14 +214,14 @@ def test_whoever_lost_its_folder_to_a_sweep_puts_no_half_of_it_in_place(
 
     monkeypatch.setattr(Path, "write_bytes", swept_after_the_first)
     with pytest.raises(FileNotFoundError):
-        store.write_folder(store.view_folder("cow", 0), FILES, "m")
-    assert not store.view_folder("cow", 0).exists()
+        store.write_folder(store.view_folder(Item("cow", "0")), FILES, "m")
+    assert not store.view_folder(Item("cow", "0")).exists()
 
 
 def test_a_folder_replaced_while_it_is_verified_is_not_taken_for_damaged(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    target = store.view_folder("cow", 0)
+    target = store.view_folder(Item("cow", "0"))
     store.write_folder(target, FILES, "m")
     replaced: list[bool] = []
 
@@ -238,15 +239,15 @@ def test_a_folder_replaced_while_it_is_verified_is_not_taken_for_damaged(
     "manifest", ["{}", '{"from": "m", "files": {}}', '{"from": "m", "files": {"a.txt": 5}}', "[1]"]
 )
 def test_a_manifest_that_is_none_is_damage(store: Store, manifest: str) -> None:
-    store.write_folder(store.view_folder("cow", 0), FILES, "m")
-    (store.view_folder("cow", 0) / "manifest.json").write_text(manifest)
-    assert damage(store.view_folder("cow", 0)) == "manifest.json is missing or damaged"
+    store.write_folder(store.view_folder(Item("cow", "0")), FILES, "m")
+    (store.view_folder(Item("cow", "0")) / "manifest.json").write_text(manifest)
+    assert damage(store.view_folder(Item("cow", "0"))) == "manifest.json is missing or damaged"
 
 
 def test_a_view_of_another_mesh_is_out_of_date(store: Store) -> None:
     write_shape(store, "cow")
-    store.write_folder(store.view_folder("cow", 0), FILES, "another mesh")
-    store.record_problem(store.view_folder("cow", 1), "failed", "too strange", "another mesh")
+    store.write_folder(store.view_folder(Item("cow", "0")), FILES, "another mesh")
+    store.record_problem(store.view_folder(Item("cow", "1")), "failed", "too strange", "another mesh")
     assert states(store, "cow", 2) == [("pending", "its mesh has changed"), ("pending", "")]
 
 

@@ -9,7 +9,7 @@ import pytest
 from dataset_tools.candidates.candidates import (
     INK_LEVEL,
     Candidates,
-    Levels,
+    CandidateThresholds,
     draw_candidates,
     draw_layers,
     layers_of,
@@ -42,11 +42,11 @@ def view() -> View:
 
 @pytest.fixture(scope="module")
 def candidates(view: View) -> Candidates:
-    return draw_candidates(view, Levels())
+    return draw_candidates(view, CandidateThresholds())
 
 
 def test_there_are_264_in_the_stated_order() -> None:
-    specs = specs_of(Levels())
+    specs = specs_of(CandidateThresholds())
     assert len(specs) == 264
     assert len({spec.layers for spec in specs}) == 264
     first, second, last_lines = specs[0], specs[1], specs[255]
@@ -66,7 +66,7 @@ def test_there_are_264_in_the_stated_order() -> None:
 
 
 def test_every_choice_occurs_equally_often() -> None:
-    lines = [spec.settings for spec in specs_of(Levels()) if spec.settings["kind"] == "lines"]
+    lines = [spec.settings for spec in specs_of(CandidateThresholds()) if spec.settings["kind"] == "lines"]
     for name, times in (
         ("suggestive", 64),
         ("apparent", 64),
@@ -78,15 +78,15 @@ def test_every_choice_occurs_equally_often() -> None:
 
 
 def test_twelve_layers_of_lines_and_eight_of_edges_are_enough() -> None:
-    layers = layers_of(Levels())
+    layers = layers_of(CandidateThresholds())
     assert len(layers) == 20
     assert len({layer.name for layer in layers}) == 20
-    used = {name for spec in specs_of(Levels()) for name in spec.layers}
+    used = {name for spec in specs_of(CandidateThresholds()) for name in spec.layers}
     assert used == {layer.name for layer in layers}
 
 
 def test_specs_are_json() -> None:
-    record = specs_of(Levels())[7].to_record(7)
+    record = specs_of(CandidateThresholds())[7].to_record(7)
     assert json.loads(json.dumps(record)) == record
     assert record["index"] == 7
 
@@ -105,7 +105,9 @@ def test_a_drawing_is_what_drawing_its_lines_at_once_gives(view: View, candidate
 
 
 def test_every_family_contributes(candidates: Candidates) -> None:
-    inked = {layer.name for layer, mask in zip(layers_of(Levels()), candidates.masks, strict=True) if mask.any()}
+    inked = {
+        layer.name for layer, mask in zip(layers_of(CandidateThresholds()), candidates.masks, strict=True) if mask.any()
+    }
     lowest = {"suggestive@0.001", "apparent@0.01", "ridges_valleys@0.03", "canny@40", "smoothed_canny@40"}
     assert {"contours", "creases", "boundaries"} | lowest <= inked
 
@@ -119,9 +121,10 @@ def test_packed_bits_are_the_inked_pixels_of_the_drawings(candidates: Candidates
         assert np.array_equal(bits[index], candidates.drawing(index) > INK_LEVEL)
 
 
-def test_higher_levels_leave_less_ink(candidates: Candidates) -> None:
+def test_higher_thresholds_leave_less_ink(candidates: Candidates) -> None:
     ink = {
-        layer.name: float(image.sum()) for layer, image in zip(layers_of(Levels()), list(candidates.ink), strict=True)
+        layer.name: float(image.sum())
+        for layer, image in zip(layers_of(CandidateThresholds()), list(candidates.ink), strict=True)
     }
     for name, levels in (
         ("suggestive", (0.001, 0.01, 0.1)),
@@ -142,5 +145,5 @@ def test_thick_lines_have_their_width_and_soft_edges() -> None:
 
 
 def test_a_view_of_nothing_but_background_gives_empty_layers(view: View) -> None:
-    levels, past = Levels(), Camera((0.0, 0.0, 50.0), (0.0, 50.0, 50.0), (0.0, 0.0, 1.0), 32, 32, 30.0)
+    levels, past = CandidateThresholds(), Camera((0.0, 0.0, 50.0), (0.0, 50.0, 50.0), (0.0, 0.0, 1.0), 32, 32, 30.0)
     assert not draw_layers(View(view.surface, past), layers_of(levels), levels).any()

@@ -8,7 +8,7 @@ import kmedoids
 import numpy as np
 import pytest
 
-from dataset_tools.candidates.candidates import Levels, draw_candidates
+from dataset_tools.candidates.candidates import CandidateThresholds, draw_candidates
 from dataset_tools.candidates.chamfer_matrix import chamfer_matrix
 from dataset_tools.candidates.k_medoids import RESTARTS, select
 from dataset_tools.candidates.viewpoints import camera_at, choose_azimuths
@@ -100,7 +100,7 @@ def test_no_random_start_of_a_hundred_does_better_on_twenty_real_views(
         mesh, _ = clean_file(path)
         surface = Surface(mesh)
         for azimuth in choose_azimuths(mesh.name, 2):
-            candidates = draw_candidates(View(surface, camera_at(mesh, azimuth, (768, 768))), Levels())
+            candidates = draw_candidates(View(surface, camera_at(mesh, azimuth, (768, 768))), CandidateThresholds())
             distances = chamfer_matrix(candidates.masks, candidates.members)
             best = min(kmedoids.fasterpam(distances, 8, random_state=seed, n_cpu=1).loss for seed in range(100))
             ratios.append(select(distances).loss / best)

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from ncmodel.cli.main import main
+from tests.helpers.commands import printed
 from tests.helpers.crowd_data import make_data
 
 
@@ -27,16 +28,6 @@ def answered(data: Path) -> Path:
     assert main(ingest) == 0
     assert main(["crowd", "aggregate", str(folder / "votes.csv"), "-o", str(folder / "pairs.jsonl")]) == 0
     return folder
-
-
-def printed(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, object]:
-    """What a command prints with --json."""
-    capsys.readouterr()
-    assert main([*arguments, "--json"]) == 0
-    out = capsys.readouterr().out
-    record = json.loads(out)
-    assert isinstance(record, dict)
-    return record
 
 
 def test_the_loop(answered: Path, data: Path, capsys: pytest.CaptureFixture[str]) -> None:

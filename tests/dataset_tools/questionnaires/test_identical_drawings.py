@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from dataset_tools.build.items import item_twins, items_to_ask_about, list_items
 from dataset_tools.questionnaires.batch_folder import Look
 from dataset_tools.questionnaires.identical_drawings import (
     ALL_DIFFERENT,
@@ -16,6 +15,8 @@ from dataset_tools.questionnaires.identical_drawings import (
     find_twins,
     from_record,
     from_text,
+    item_twins,
+    items_to_ask_about,
     to_record,
     to_text,
 )
@@ -26,12 +27,12 @@ from dataset_tools.votes.agreement import agreeing_share, krippendorff_alpha
 from dataset_tools.votes.consensus import Rules, aggregate
 from dataset_tools.votes.dawid_skene import one_coin
 from dataset_tools.votes.ingest import ingest_results, top_up_needs
-from dataset_tools.votes.votes import read_votes
+from dataset_tools.votes.votes import read_votes, to_frame
 from ncmodel.cli.main import main
+from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
 from ncmodel.errors import InputError
-from tests.dataset_tools.votes.test_consensus import vote
-from tests.helpers.crowd_data import make_artists, make_data
+from tests.helpers.crowd_data import make_artists, make_data, vote
 
 PAIRED = (0, 1, 2, 3, 0, 1, 2, 3)
 """Four different drawings, each shown twice."""
@@ -53,9 +54,9 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_twins_are_found_by_their_pictures(data: Path, tmp_path: Path) -> None:
-    assert item_twins(data, Item("shape_0", "0")) == PAIRED
-    assert item_twins(data, Item("shape_1", "0")) == (0,) * 8
-    assert item_twins(data, Item("shape_2", "0")) == ALL_DIFFERENT
+    assert item_twins(DataFolder(data), Item("shape_0", "0")) == PAIRED
+    assert item_twins(DataFolder(data), Item("shape_1", "0")) == (0,) * 8
+    assert item_twins(DataFolder(data), Item("shape_2", "0")) == ALL_DIFFERENT
     assert different(PAIRED) == [0, 1, 2, 3]
     (tmp_path / "0.png").write_bytes(b"a")
     with pytest.raises(InputError, match=r"1\.png: can't be read"):
@@ -73,8 +74,8 @@ def test_twins_in_files() -> None:
 
 
 def test_a_view_with_one_drawing_is_not_asked_about(data: Path) -> None:
-    assert len(list_items(data)) == 4
-    assert items_to_ask_about(data) == [Item(f"shape_{number}", "0") for number in (0, 2, 3)]
+    assert len(DataFolder(data).items()) == 4
+    assert items_to_ask_about(DataFolder(data)) == [Item(f"shape_{number}", "0") for number in (0, 2, 3)]
 
 
 def test_where_no_view_has_a_choice_there_is_nothing_to_ask(tmp_path: Path) -> None:
@@ -83,26 +84,28 @@ def test_where_no_view_has_a_choice_there_is_nothing_to_ask(tmp_path: Path) -> N
     for index in range(1, 8):
         shutil.copy(drawings / "0.png", drawings / f"{index}.png")
     with pytest.raises(InputError, match="the eight drawings of every view are one"):
-        items_to_ask_about(data)
+        items_to_ask_about(DataFolder(data))
 
 
 def test_a_vote_for_either_twin_counts_for_both() -> None:
     votes = [vote(f"w{i}", "shape", choice, twins=PAIRED) for i, choice in enumerate((5, 1, 2))]
-    verdict = aggregate(votes, Rules()).verdicts[0]
+    verdict = aggregate(to_frame(votes), Rules()).verdicts[0]
     assert (verdict.votes, verdict.best, verdict.others) == ({1: 2, 2: 1}, 1, [0, 2, 3])
-    assert aggregate([vote(v.worker, "shape", v.choice) for v in votes], Rules()).verdicts[0].best is None
+    apart = to_frame(vote(v.worker, "shape", v.choice) for v in votes)
+    assert aggregate(apart, Rules()).verdicts[0].best is None
 
 
 def test_no_pair_is_made_of_twins_and_none_twice() -> None:
     votes = [vote(f"w{i}", "shape", choice, twins=PAIRED) for i, choice in enumerate((5, 1, 5))]
-    found = aggregate(votes, Rules())
-    assert [(pair["better"], pair["worse"]) for pair in found.pairs()] == [(1, 0), (1, 2), (1, 3)]
+    found = aggregate(to_frame(votes), Rules())
+    assert [(pair.better, pair.worse) for pair in found.pairs()] == [(1, 0), (1, 2), (1, 3)]
     assert found.summary()["pairs"] == 3
-    assert all(pair["votes_for"] == 3 for pair in found.pairs())
+    assert all(pair.votes_for == 3 for pair in found.pairs())
 
 
 def test_agreement_takes_twins_as_one() -> None:
-    votes = [vote(f"w{w}", f"s{s}", s % 4 + 4 * (w % 2), twins=PAIRED) for w in range(2) for s in range(8)]
+    places = [(w, s) for w in range(2) for s in range(8)]
+    votes = to_frame(vote(f"w{w}", f"s{s}", s % 4 + 4 * (w % 2), twins=PAIRED) for w, s in places)
     assert krippendorff_alpha(votes) == pytest.approx(1.0)
     assert agreeing_share(votes) == {"w0": (8, 8), "w1": (8, 8)}
 
@@ -110,7 +113,7 @@ def test_agreement_takes_twins_as_one() -> None:
 def test_one_coin_spreads_errors_over_what_there_is() -> None:
     """Closed form for one unanimous item: the odds of right against each of 4 wrong choices, not 8."""
     votes = [vote(f"w{w}", "shape", choice, twins=PAIRED) for w, choice in enumerate((3, 7, 3))]
-    belief = one_coin(votes)[Item("shape", "0")].probabilities
+    belief = one_coin(to_frame(votes))[Item("shape", "0")].probabilities
     right = float(belief[4])
     accuracy = (right + 4) / (1 + 6)
     odds = (accuracy / ((1 - accuracy) / 4)) ** 3
@@ -128,8 +131,8 @@ def test_twins_from_data_to_pairs(data: Path, tmp_path: Path, capsys: pytest.Cap
     assert twins[Item("shape_2", "0")] == ALL_DIFFERENT
     simulate_batch(tmp_path / "b", tmp_path / "r.csv", CROWD, participants=30)
     ingest_results(tmp_path / "b", [tmp_path / "r.csv"], tmp_path / "v.csv")
-    votes = list(read_votes(tmp_path / "v.csv"))
-    chosen = Counter(v.choice for v in votes if v.item == Item("shape_0", "0") and not v.sentinel)
+    votes = read_votes(tmp_path / "v.csv")
+    chosen = Counter(votes[(votes["shape"] == "shape_0") & (votes["view"] == "0") & ~votes["sentinel"]]["choice"])
     assert max(chosen) > 3, "votes keep what was clicked"
     found = aggregate(votes, Rules(least=1))
     verdict = next(verdict for verdict in found.verdicts if verdict.item == Item("shape_0", "0"))
@@ -139,23 +142,25 @@ def test_twins_from_data_to_pairs(data: Path, tmp_path: Path, capsys: pytest.Cap
 
 
 def test_stand_ins_of_a_sentinel_are_different_pictures(data: Path, tmp_path: Path) -> None:
-    items, artists = items_to_ask_about(data), make_artists(tmp_path / "artists", data)
+    items, artists = items_to_ask_about(DataFolder(data)), make_artists(tmp_path / "artists", data)
     for item in items:
         shutil.copy(artists / item.name / "0.png", artists / item.name / "1.png")
     scheme = Scheme(real=1, sentinels=1, pool=2)
     make_batch(data, tmp_path / "b", dict.fromkeys(items, 9), scheme, Look(64, 64), artists)
     key = Key.load(tmp_path / "b")
     with (tmp_path / "b/tasks.csv").open(newline="") as file:
-        for row in csv.DictReader(file):
-            for question in key.questionnaires[row["questionnaire"]].questions:
-                shown = [(tmp_path / "b" / row[f"{question.field}_d{place}"]).read_bytes() for place in range(1, 9)]
-                assert len(set(shown)) == len(different(question.twins))
+        rows = list(csv.DictReader(file))
+    asked = [(row, question) for row in rows for question in key.questionnaires[row["questionnaire"]].questions]
+    assert any(question.sentinel for _, question in asked)
+    for row, question in asked:
+        shown = [(tmp_path / "b" / row[f"{question.field}_d{place}"]).read_bytes() for place in range(1, 9)]
+        assert len(set(shown)) == len(different(question.twins))
 
 
 def test_votes_without_the_column_have_no_twins(tmp_path: Path) -> None:
     header = "worker,assignment,questionnaire,question,shape,view,choice,sentinel,passed,seconds,source"
     (tmp_path / "v.csv").write_text(f"{header}\nw,a,q,1,s,0,3,0,,,mturk\n")
-    assert next(read_votes(tmp_path / "v.csv")).twins == ALL_DIFFERENT
+    assert read_votes(tmp_path / "v.csv")["twins"].tolist() == [""]
     (tmp_path / "w.csv").write_text(f"{header},twins\nw,a,q,1,s,0,3,0,,,mturk,7=9\n")
     with pytest.raises(InputError, match=r"row 2: twins is '7=9'"):
-        list(read_votes(tmp_path / "w.csv"))
+        read_votes(tmp_path / "w.csv")

@@ -8,11 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dataset_tools.build.items import list_items
 from dataset_tools.questionnaires.batch_folder import Look
 from dataset_tools.questionnaires.questionnaire import NONE, Question, Scheme
 from dataset_tools.simulation.adversaries import KINDS
-from dataset_tools.simulation.artists import Artist, ArtistDrawings, artist_drawing, crowd_artists, open_view
+from dataset_tools.simulation.artists import Artist, ArtistDrawings, artist_drawing, crowd_artists
 from dataset_tools.simulation.crowd import make_batch, sample_distances, simulate_batch
 from dataset_tools.simulation.participants import Crowd, attentive, distances_between, make_crowd
 from dataset_tools.simulation.rule_trial import run_trial
@@ -23,8 +22,9 @@ from dataset_tools.votes.careless_responding import flags
 from dataset_tools.votes.consensus import Rules, aggregate
 from dataset_tools.votes.ingest import ingest_results, top_up_needs
 from dataset_tools.votes.reliability import assess
-from dataset_tools.votes.votes import read_votes
+from dataset_tools.votes.votes import read_votes, to_frame
 from ncmodel.camera import Camera
+from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
 from ncmodel.errors import InputError, UsageError
 from ncmodel.scene.surface import Surface
@@ -48,7 +48,7 @@ def answered(data: Path) -> Path:
     folder = data.parent / "run"
     folder.mkdir()
     scheme = Scheme(real=6, sentinels=2, pool=4)
-    make_batch(data, folder / "batch", dict.fromkeys(list_items(data), 3), scheme, Look(32, 32))
+    make_batch(data, folder / "batch", dict.fromkeys(DataFolder(data).items(), 3), scheme, Look(32, 32))
     simulate_batch(folder / "batch", folder / "results.csv", LENIENT, participants=12, seed=1)
     ingest_results(folder / "batch", [folder / "results.csv"], folder / "votes.csv")
     return folder
@@ -93,7 +93,7 @@ def test_forgetful_artists_forget_some_strokes_and_the_seed_says_which() -> None
 
 def test_mechanical_shapes_get_their_creases(data: Path) -> None:
     """A box seen from a corner shows its nine visible edges."""
-    small = open_view(data, Item("shape_1", "0"))
+    small = DataFolder(data).open_view(Item("shape_1", "0"))
     view = View(small.surface, small.camera.resized(512, 512))
     box = artist_drawing(view, crowd_artists(1)[0], np.random.default_rng(0))
     edges = view.camera.project(view.visible(LineFamily.CREASES).points)[..., :2]
@@ -103,15 +103,15 @@ def test_mechanical_shapes_get_their_creases(data: Path) -> None:
 
 
 def test_drawings_are_kept_and_said_to_be_simulated(data: Path) -> None:
-    drawings = ArtistDrawings(data, crowd_artists(2))
-    item = list_items(data)[0]
+    drawings = ArtistDrawings(DataFolder(data), crowd_artists(2))
+    item = DataFolder(data).items()[0]
     paths = drawings.paths(item)
     assert [path.name for path in paths] == ["0.png", "1.png"]
     assert "simulated" in paths[0].parts
     before = paths[0].stat().st_mtime_ns
     assert drawings.paths(item)[0].stat().st_mtime_ns == before
     assert drawings.inks(item)[0].shape == (96, 96)
-    other = ArtistDrawings(data, crowd_artists(2, seed=9))
+    other = ArtistDrawings(DataFolder(data), crowd_artists(2, seed=9))
     assert other.folder != drawings.folder, "other tastes, other drawings"
     with pytest.raises(InputError):
         drawings.paths(Item("nobody", "0"))
@@ -170,22 +170,24 @@ def test_everything_says_that_it_is_simulated(answered: Path, tmp_path: Path) ->
         rows = list(csv.DictReader(file))
     assert len(rows) == 12
     assert all("simulated" in row["WorkerId"] + row["RequesterAnnotation"] for row in rows)
-    votes = list(read_votes(answered / "votes.csv"))
-    assert {vote.source for vote in votes} == {"simulated"}
+    votes = read_votes(answered / "votes.csv")
+    assert set(votes["source"]) == {"simulated"}
     found = aggregate(votes, Rules())
     assert found.summary()["simulated"] is True
-    assert {pair["source"] for pair in found.pairs()} == {"simulated"}
+    assert {pair.source for pair in found.pairs()} == {"simulated"}
     write_audit(audit(votes, Rules()), tmp_path / "audit.html", None)
     assert "simulated" in (tmp_path / "audit.html").read_text()
 
 
 def test_random_clickers_are_excluded_and_their_items_topped_up(answered: Path, data: Path, tmp_path: Path) -> None:
-    votes = list(read_votes(answered / "votes.csv"))
+    votes = read_votes(answered / "votes.csv")
     people = assess(votes)
     assert 3 <= sum(not person.reliable for person in people.values()) <= 5
     needs = top_up_needs(data, answered / "votes.csv", 20)
-    have = Counter(vote.item for vote in votes if not vote.sentinel and people[vote.worker].reliable)
-    assert needs == {item: 20 - have[item] for item in list_items(data)}
+    good = [worker for worker, person in people.items() if person.reliable]
+    asked = votes[~votes["sentinel"] & votes["worker"].isin(good)]
+    have = Counter(map(Item, asked["shape"], asked["view"]))
+    assert needs == {item: 20 - have[item] for item in DataFolder(data).items()}
     built = make_batch(data, tmp_path / "more", needs, Scheme(real=6, sentinels=2, pool=4), Look(16, 16), fill=False)
     assert built.spare_votes < built.questionnaires
 
@@ -206,7 +208,7 @@ def test_same_seed_same_answers(answered: Path, tmp_path: Path) -> None:
 
 
 def test_audit_shows_contested_items(answered: Path, data: Path, tmp_path: Path) -> None:
-    found = audit(list(read_votes(answered / "votes.csv")), Rules())
+    found = audit(read_votes(answered / "votes.csv"), Rules())
     write_audit(found, tmp_path / "audit.html", data)
     text = (tmp_path / "audit.html").read_text()
     assert text.count("data:image/png") % 9 == 0
@@ -271,8 +273,8 @@ def test_distances_are_sampled_from_a_data_folder(data: Path) -> None:
 
 
 def test_flags_say_what_was_seen(answered: Path) -> None:
-    assert all(signs for signs in flags(list(read_votes(answered / "votes.csv"))).values())
-    assert flags([]) == {}
+    assert all(signs for signs in flags(read_votes(answered / "votes.csv")).values())
+    assert flags(to_frame([])) == {}
 
 
 def test_a_scribble_is_no_participant() -> None:

@@ -19,13 +19,12 @@ from typing import Any
 import playwright.sync_api as playwright
 import pytest
 
-from dataset_tools.build.items import list_items
 from dataset_tools.questionnaires.batch_folder import Look
 from dataset_tools.questionnaires.questionnaire import Key, Scheme
 from dataset_tools.simulation.crowd import make_batch
 from dataset_tools.votes.ingest import ingest_results
-from dataset_tools.votes.votes import read_votes
-from tests.helpers.crowd_data import make_artists, make_data
+from ncmodel.data.data_folder import DataFolder
+from tests.helpers.crowd_data import make_artists, make_data, vote_rows
 from tests.helpers.turkle_server import PASSWORD, USER
 
 CHROMIUM = Path("/usr/bin/chromium")
@@ -64,7 +63,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def make(data: Path, folder: Path, look: Look, real: int = 5, votes: int = 3) -> Path:
     scheme = Scheme(real=real, sentinels=2, pool=5)
-    make_batch(data, folder, dict.fromkeys(list_items(data), votes), scheme, look, data.parent / "artists")
+    make_batch(data, folder, dict.fromkeys(DataFolder(data).items(), votes), scheme, look, data.parent / "artists")
     return folder
 
 
@@ -149,7 +148,7 @@ def test_a_questionnaire_on_the_site(
         context.close()
     assert problems == []
     done = ingest_results(batch, [tmp_path / "votes.sqlite"], tmp_path / "votes.csv")
-    votes = list(read_votes(tmp_path / "votes.csv"))
+    votes = vote_rows(tmp_path / "votes.csv")
     assert (done.assignments, len(votes)) == (1, 7)
     assert {vote.position for vote in votes} == {2}
     assert all(vote.seconds is not None for vote in votes)
@@ -198,7 +197,7 @@ def test_the_page_works_without_scripts(browser: Any, data: Path, tmp_path: Path
         assert page.url.endswith("/done")
         context.close()
     ingest_results(batch, [tmp_path / "votes.sqlite"], tmp_path / "votes.csv")
-    assert len(list(read_votes(tmp_path / "votes.csv"))) == 7
+    assert len(vote_rows(tmp_path / "votes.csv")) == 7
     assert len(key.questionnaires) == 5
 
 
@@ -321,7 +320,7 @@ def test_a_batch_on_a_real_turkle_server(browser: Any, data: Path, tmp_path: Pat
     with (tmp_path / "results.csv").open() as file:
         assert len(list(csv.DictReader(file))) == 1
     done = ingest_results(batch, [tmp_path / "results.csv"], tmp_path / "votes.csv")
-    votes = list(read_votes(tmp_path / "votes.csv"))
+    votes = vote_rows(tmp_path / "votes.csv")
     assert (done.problems, len(votes), done.sources) == ([], 7, {"turkle": 1})
     assert {vote.position for vote in votes} == {5}
     assert all(vote.seconds is not None and vote.submitted for vote in votes)

@@ -16,13 +16,12 @@ from pathlib import Path
 import httpx2
 import pytest
 
-from dataset_tools.build.items import list_items
 from dataset_tools.questionnaires.batch_folder import Look
 from dataset_tools.questionnaires.questionnaire import Key, Scheme
 from dataset_tools.simulation.crowd import make_batch
 from dataset_tools.votes.ingest import ingest_results
-from dataset_tools.votes.votes import read_votes
-from tests.helpers.crowd_data import make_artists, make_data
+from ncmodel.data.data_folder import DataFolder
+from tests.helpers.crowd_data import make_artists, make_data, vote_rows
 
 PARTICIPANTS = 200
 SECONDS = 60.0
@@ -112,7 +111,7 @@ async def everybody(base: str, key: Key, records: list[Record]) -> None:
 def test_two_hundred_at_once_and_a_killed_server(tmp_path: Path) -> None:
     data = make_data(tmp_path / "data", shapes=20, views=1)
     artists = make_artists(tmp_path / "artists", data)
-    needs = dict.fromkeys(list_items(data), PARTICIPANTS // 2)
+    needs = dict.fromkeys(DataFolder(data).items(), PARTICIPANTS // 2)
     make_batch(data, tmp_path / "batch", needs, Scheme(real=10, sentinels=2, pool=5), Look(16, 16), artists)
     key, db = Key.load(tmp_path / "batch"), tmp_path / "votes.sqlite"
     assert len(key.questionnaires) == PARTICIPANTS
@@ -161,6 +160,6 @@ def test_two_hundred_at_once_and_a_killed_server(tmp_path: Path) -> None:
         assert record.acknowledged.items() <= stored.get(f"worker{number}", {}).items(), "acknowledged, and lost"
     assert taken == (PARTICIPANTS, PARTICIPANTS)
     done = ingest_results(tmp_path / "batch", [db, db], tmp_path / "votes.csv")
-    votes = list(read_votes(tmp_path / "votes.csv"))
+    votes = vote_rows(tmp_path / "votes.csv")
     assert (done.assignments, done.known_assignments, done.problems) == (PARTICIPANTS, PARTICIPANTS, [])
     assert len({(vote.worker, vote.question) for vote in votes}) == len(votes) == 12 * PARTICIPANTS

@@ -12,20 +12,14 @@ from hypothesis import strategies as st
 
 from dataset_tools.votes.agreement import krippendorff_alpha, p_value_of_evenness
 from dataset_tools.votes.careless_responding import flags
-from dataset_tools.votes.consensus import Rules, aggregate, write_pairs
+from dataset_tools.votes.consensus import Rules, aggregate
 from dataset_tools.votes.dawid_skene import one_coin
 from dataset_tools.votes.reliability import assess, counted
-from dataset_tools.votes.votes import Vote
+from dataset_tools.votes.votes import Vote, to_frame
 from ncmodel.data.item import Item
+from ncmodel.data.pairs import write_pairs
 from ncmodel.errors import UsageError
-
-
-def vote(worker: str, shape: str, choice: int, **more: object) -> Vote:
-    values: dict[str, object] = {
-        "worker": worker, "assignment": f"a-{worker}", "questionnaire": "q", "question": 1, "shape": shape, "view": "0",
-        "choice": choice, "sentinel": False, "passed": None, "seconds": 5.0, "source": "mturk",
-    }  # fmt: skip
-    return Vote(**{**values, **more})  # type: ignore[arg-type]
+from tests.helpers.crowd_data import vote
 
 
 def sentinel(worker: str, passed: bool, **more: object) -> Vote:
@@ -53,36 +47,36 @@ def on_item(*choices: int) -> list[Vote]:
     ],
 )
 def test_two_of_three_agree(choices: tuple[int, ...], best: int | None) -> None:
-    found = aggregate(on_item(*choices), Rules())
+    found = aggregate(to_frame(on_item(*choices)), Rules())
     assert found.verdicts[0].best == best
     pairs = found.pairs()
     assert len(pairs) == (0 if best is None else 7)
-    assert all(pair["better"] == best and pair["worse"] != best for pair in pairs)
+    assert all(pair.better == best and pair.worse != best for pair in pairs)
     if best is not None:
-        assert {pair["worse"] for pair in pairs} == set(range(8)) - {best}
-        assert {(pair["votes_for"], pair["votes"]) for pair in pairs} == {(choices.count(best), len(choices))}
+        assert {pair.worse for pair in pairs} == set(range(8)) - {best}
+        assert {(pair.votes_for, pair.votes) for pair in pairs} == {(choices.count(best), len(choices))}
 
 
 def test_one_failed_sentinel_makes_all_answers_count_for_nothing() -> None:
     votes = [*on_item(4, 4, 1), sentinel("w0", passed=True), sentinel("w1", passed=False)]
-    found = aggregate(votes, Rules())
+    found = aggregate(to_frame(votes), Rules())
     assert found.verdicts[0].votes == {1: 1, 4: 1}
     assert found.participants["w1"].reasons == ("failed 1 of 1 sentinels",)
     assert found.participants["w0"].reliable
-    assert aggregate(votes, Rules(unreliable_too=True)).verdicts[0].best == 4
+    assert aggregate(to_frame(votes), Rules(unreliable_too=True)).verdicts[0].best == 4
 
 
 def test_a_failed_sentinel_in_a_later_questionnaire_counts_too() -> None:
     later = sentinel("w0", passed=False, assignment="z", submitted="2026-01-02T00:00:00Z")
-    assert not assess([vote("w0", "s", 1, submitted="2026-01-01T00:00:00Z"), later])["w0"].reliable
+    assert not assess(to_frame([vote("w0", "s", 1, submitted="2026-01-01T00:00:00Z"), later]))["w0"].reliable
 
 
 def test_the_first_questionnaire_counts() -> None:
     first = vote("w", "one", 1, assignment="b", submitted="2026-01-01T00:00:00Z")
     second = vote("w", "two", 2, assignment="a", submitted="2026-01-02T00:00:00Z")
     for votes in ([first, second], [second, first]):
-        participants = assess(votes)
-        assert counted(votes, participants) == [first]
+        participants = assess(to_frame(votes))
+        assert counted(to_frame(votes), participants).equals(to_frame([first]))
         assert participants["w"].later == (("a", "q"),)
 
 
@@ -97,19 +91,19 @@ def test_order_of_votes_changes_nothing_and_sentinels_never_become_pairs(seed: i
     ]
     votes += [sentinel(f"w{w}", rng.random() < 0.8, assignment="a0") for w in range(8)]
     rules = Rules(method=method)  # type: ignore[arg-type]
-    before = aggregate(votes, rules)
+    before = aggregate(to_frame(votes), rules)
     rng.shuffle(votes)
-    after = aggregate(votes, rules)
+    after = aggregate(to_frame(votes), rules)
     assert before.pairs() == after.pairs()
     assert before.summary() == after.summary()
-    assert "checked" not in {pair["shape"] for pair in after.pairs()}
+    assert "checked" not in {pair.item.shape for pair in after.pairs()}
 
 
 def test_shapes_are_held_out_whole() -> None:
     places = [(w, s, v) for w in range(3) for s in range(30) for v in range(2)]
     votes = [vote(f"w{w}-{s}-{v}", f"s{s}", 2, view=str(v)) for w, s, v in places]
-    pairs = aggregate(votes, Rules()).pairs()
-    split = {(pair["shape"], pair["split"]) for pair in pairs}
+    pairs = aggregate(to_frame(votes), Rules()).pairs()
+    split = {(pair.item.shape, pair.split) for pair in pairs}
     assert Counter(name for _, name in split) == {"train": 27, "validation": 3}
     assert len(split) == 30
 
@@ -117,19 +111,19 @@ def test_shapes_are_held_out_whole() -> None:
 @pytest.mark.parametrize(("shapes", "expected"), [(1, 0), (2, 1), (4, 1), (10, 1), (16, 2)])
 def test_small_collections_hold_out_at_least_one_shape(shapes: int, expected: int) -> None:
     votes = [vote(f"w{w}{s}", f"s{s}", 2) for w in range(3) for s in range(shapes)]
-    assert len(aggregate(votes, Rules()).validation) == expected
+    assert len(aggregate(to_frame(votes), Rules()).validation) == expected
 
 
 def test_shapes_to_hold_out_can_be_named() -> None:
     votes = [vote(f"w{w}{s}", f"s{s}", 2) for w in range(3) for s in range(5)]
-    assert aggregate(votes, Rules(validation_shapes=("s1", "s4"))).validation == {"s1", "s4"}
+    assert aggregate(to_frame(votes), Rules(validation_shapes=("s1", "s4"))).validation == {"s1", "s4"}
     with pytest.raises(UsageError, match="nobody has no votes"):
-        aggregate(votes, Rules(validation_shapes=("nobody",)))
+        aggregate(to_frame(votes), Rules(validation_shapes=("nobody",)))
 
 
 def test_pairs_file(tmp_path: Path) -> None:
     votes = [vote(f"w{i}", "shape", 4, source="simulated") for i in range(3)]
-    write_pairs(tmp_path / "pairs.jsonl", aggregate(votes, Rules()))
+    write_pairs(tmp_path / "pairs.jsonl", aggregate(to_frame(votes), Rules()).pairs())
     lines = [json.loads(line) for line in (tmp_path / "pairs.jsonl").read_text().splitlines()]
     assert len(lines) == 7
     assert lines[0] == {
@@ -152,9 +146,10 @@ def crowd(rng: np.random.Generator, items: int, accuracies: list[float]) -> tupl
 def test_one_coin_finds_who_is_right() -> None:
     """Two good participants against three who guess: the majority errs where one coin a participant doesn't."""
     votes, truth = crowd(np.random.default_rng(0), 300, [0.95, 0.95, 1 / 9, 1 / 9, 1 / 9])
-    believed = one_coin(votes)
+    frame = to_frame(votes)
+    believed = one_coin(frame)
     right = np.mean([int(np.argmax(believed[item].probabilities)) - 1 == choice for item, choice in truth.items()])
-    plurality = np.mean([verdict.choice == truth[verdict.item] for verdict in aggregate(votes, Rules()).verdicts])
+    plurality = np.mean([verdict.choice == truth[verdict.item] for verdict in aggregate(frame, Rules()).verdicts])
     assert right > 0.9
     assert right > plurality + 0.2
 
@@ -162,14 +157,14 @@ def test_one_coin_finds_who_is_right() -> None:
 def test_one_coin_reaches_a_stationary_point() -> None:
     """More sweeps change nothing: the iteration has converged and didn't just stop."""
     votes, _ = crowd(np.random.default_rng(1), 80, [0.9, 0.6, 0.5, 0.3])
-    short, long = one_coin(votes, iterations=200), one_coin(votes, iterations=2000, tolerance=0.0)
+    short, long = one_coin(to_frame(votes), iterations=200), one_coin(to_frame(votes), iterations=2000, tolerance=0.0)
     assert max(np.abs(short[i].probabilities - long[i].probabilities).max() for i in short) < 1e-5
     assert all(belief.probabilities.sum() == pytest.approx(1.0) for belief in short.values())
 
 
 def test_one_coin_posterior_of_unanimous_strangers() -> None:
     """Closed form: everybody agrees, so all accuracies are (n + 4) / (n + 6) with n = 1 answer each."""
-    belief = one_coin(on_item(3, 3, 3))[Item("shape", "0")].probabilities
+    belief = one_coin(to_frame(on_item(3, 3, 3)))[Item("shape", "0")].probabilities
     accuracy = 5 / 7
     odds = (accuracy / ((1 - accuracy) / 8)) ** 3
     assert belief[4] == pytest.approx(odds / (odds + 8), abs=2e-3)
@@ -190,11 +185,11 @@ def test_evenness_agrees_with_scipy() -> None:
 
 def test_alpha_of_perfect_and_of_no_agreement() -> None:
     agreed = [vote(f"w{w}", f"s{s}", s % 8) for w in range(3) for s in range(16)]
-    assert krippendorff_alpha(agreed) == pytest.approx(1.0)
+    assert krippendorff_alpha(to_frame(agreed)) == pytest.approx(1.0)
     rng = np.random.default_rng(0)
     guessed = [vote(f"w{w}", f"s{s}", int(rng.integers(-1, 8))) for w in range(3) for s in range(400)]
-    assert krippendorff_alpha(guessed) == pytest.approx(0.0, abs=0.05)
-    assert krippendorff_alpha([vote("w", "s", 1)]) is None
+    assert krippendorff_alpha(to_frame(guessed)) == pytest.approx(0.0, abs=0.05)
+    assert krippendorff_alpha(to_frame([vote("w", "s", 1)])) is None
 
 
 @pytest.mark.parametrize(
@@ -203,13 +198,13 @@ def test_alpha_of_perfect_and_of_no_agreement() -> None:
 )
 def test_patterns_of_positions_are_seen(positions: list[int], sign: str) -> None:
     votes = [vote("w", f"s{i}", 1, question=i + 1, position=place) for i, place in enumerate(positions)]
-    assert sign in "; ".join(flags(votes)["w"])
+    assert sign in "; ".join(flags(to_frame(votes))["w"])
 
 
 def test_haste_and_copies_are_seen() -> None:
     hasty = [vote("fast", f"s{i}", i % 8, question=i + 1, seconds=0.4, questionnaire="h") for i in range(10)]
     twins = [vote(name, f"s{i}", i % 8, question=i + 1) for name in ("ann", "bob") for i in range(10)]
-    found = flags([*hasty, *twins])
+    found = flags(to_frame([*hasty, *twins]))
     assert "0.4 s a question" in found["fast"]
     assert found["ann"] == ("same answers as bob",)
     assert found["bob"] == ("same answers as ann",)

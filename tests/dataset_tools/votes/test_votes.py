@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -15,9 +16,10 @@ from hypothesis import strategies as st
 from dataset_tools.questionnaires.questionnaire import NONE, Key, Question, Questionnaire
 from dataset_tools.votes.ingest import ingest_results
 from dataset_tools.votes.results_csv import Answered, Problem, parse_time, read_csv_results
-from dataset_tools.votes.votes import Vote, ingest, read_votes, votes_of, write_votes
+from dataset_tools.votes.votes import DTYPES, Vote, ingest, read_votes, votes_of, write_votes
 from ncmodel.data.item import Item
 from ncmodel.errors import InputError
+from tests.helpers.crowd_data import vote_rows
 
 FIELDS = ("q01", "q02", "q03")
 
@@ -74,13 +76,13 @@ def batch(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def ingested(batch: Path, *files: bytes, name: str = "votes.csv") -> set[Vote]:
+def ingested(batch: Path, *files: bytes, name: str = "votes.csv") -> set[Any]:
     paths = []
     for number, data in enumerate(files):
         paths.append(batch / f"{name}-{number}.csv")
         paths[-1].write_bytes(data)
     ingest_results(batch, paths, batch / name)
-    return set(read_votes(batch / name))
+    return set(vote_rows(batch / name))
 
 
 def test_votes_mean_what_the_key_says(batch: Path) -> None:
@@ -163,7 +165,7 @@ def test_what_cannot_be_read_is_named_and_the_rest_is_kept(batch: Path, change: 
     done = ingest_results(batch, [path], batch / "votes.csv")
     assert len(done.problems) == 1
     assert str(done.problems[0]).startswith(f"{path}, {message}")
-    assert {"w1", "w3"} <= {vote.worker for vote in read_votes(batch / "votes.csv")}
+    assert {"w1", "w3"} <= set(read_votes(batch / "votes.csv")["worker"])
 
 
 def test_broken_rows_are_problems_and_the_file_goes_on(batch: Path) -> None:
@@ -196,7 +198,7 @@ def test_an_assignment_with_other_answers_is_reported_and_stays(batch: Path) -> 
     (batch / "r.csv").write_bytes(to_csv([ROWS[0], {**ROWS[0], "Answer.q01": value("A", "q01", 6)}]))
     done = ingest_results(batch, [batch / "r.csv"], batch / "votes.csv")
     assert "other answers" in str(done.problems[0])
-    assert {vote.choice for vote in read_votes(batch / "votes.csv") if vote.question == 1} == {0}
+    assert {vote.choice for vote in vote_rows(batch / "votes.csv") if vote.question == 1} == {0}
 
 
 def test_a_missing_answer_is_no_vote_but_fails_a_sentinel() -> None:
@@ -229,15 +231,27 @@ def test_times(text: str, iso: str) -> None:
 
 def test_votes_survive_a_round_trip_and_other_column_orders(tmp_path: Path, batch: Path) -> None:
     votes = ingested(batch, to_csv(ROWS))
-    write_votes(tmp_path / "again.csv", votes)
-    assert set(read_votes(tmp_path / "again.csv")) == votes
+    write_votes(tmp_path / "again.csv", read_votes(batch / "votes.csv"))
+    assert (tmp_path / "again.csv").read_bytes() == (batch / "votes.csv").read_bytes()
     with (tmp_path / "again.csv").open() as file:
         rows = list(csv.DictReader(file))
     least = [name for name in reversed(rows[0]) if name not in ("position", "submitted")]
     (tmp_path / "least.csv").write_bytes(to_csv(rows, [*least, "extra"], "\r\n", bom=True))
-    assert {(v.worker, v.question, v.choice) for v in read_votes(tmp_path / "least.csv")} == {
+    assert {(v.worker, v.question, v.choice) for v in vote_rows(tmp_path / "least.csv")} == {
         (v.worker, v.question, v.choice) for v in votes
     }
+
+
+def test_votes_are_a_frame_with_typed_columns(batch: Path) -> None:
+    ingested(batch, to_csv([ROWS[0], {**ROWS[1], "WorkTimeInSeconds": ""}]))
+    votes = read_votes(str(batch / "votes.csv"))
+    with (batch / "votes.csv").open() as file:
+        assert list(votes.columns) == next(csv.reader(file))
+    assert votes.dtypes.astype(str).to_dict() == DTYPES
+    assert votes["passed"].isna().tolist() == (~votes["sentinel"]).tolist()
+    assert votes.groupby("worker")["seconds"].count().to_dict() == {"w1": 3, "w2": 0}
+    (batch / "none.csv").write_text(",".join(votes.columns) + "\n")
+    assert read_votes(batch / "none.csv").dtypes.astype(str).to_dict() == DTYPES
 
 
 @pytest.mark.parametrize(
@@ -251,7 +265,7 @@ def test_vote_files_that_make_no_sense_are_refused(batch: Path, name: str, bad: 
     rows[1][name] = bad
     (batch / "votes.csv").write_bytes(to_csv(rows))
     with pytest.raises(InputError, match=rf"votes\.csv, row 3: {name}"):
-        list(read_votes(batch / "votes.csv"))
+        read_votes(batch / "votes.csv")
 
 
 def test_ingestion_keeps_the_old_file_when_it_fails(batch: Path) -> None:
@@ -277,8 +291,8 @@ def test_names_that_look_like_formulas_do_nothing_in_a_spreadsheet(batch: Path) 
         cells = {cell for line in list(csv.reader(file))[1:] for cell in line}
     assert not [cell for cell in cells if cell[:1] in ("=", "+", "@") or (cell[:1] == "-" and cell != "-1")]
     assert ingested(batch, to_csv(rows)) == votes
-    write_votes(batch / "copy.csv", sorted(votes, key=lambda vote: (vote.worker, vote.question)))
-    assert set(read_votes(batch / "copy.csv")) == votes
+    write_votes(batch / "copy.csv", read_votes(batch / "votes.csv").sort_values(["worker", "question"]))
+    assert set(vote_rows(batch / "copy.csv")) == votes
 
 
 BROKEN = [
@@ -300,8 +314,7 @@ def test_a_bad_row_is_named_and_the_others_are_kept(batch: Path, change: dict[st
     done = ingest_results(batch, [batch / "r.csv"], batch / "v.csv")
     assert [message in str(problem) for problem in done.problems] == [True], done.problems
     assert "\n" not in str(done.problems[0])
-    votes = set(read_votes(batch / "v.csv"))
-    assert {vote.worker for vote in votes} >= {"w1", "w3"}
+    assert set(read_votes(batch / "v.csv")["worker"]) >= {"w1", "w3"}
 
 
 @pytest.mark.parametrize(
@@ -334,4 +347,4 @@ def test_ingestions_at_once_lose_nothing(batch: Path) -> None:
         thread.start()
     for thread in threads:
         thread.join()
-    assert {vote.worker for vote in read_votes(batch / "v.csv")} == {"w0", "w1", "w2"}
+    assert set(read_votes(batch / "v.csv")["worker"]) == {"w0", "w1", "w2"}

@@ -1,11 +1,13 @@
 """Drawings against references in memory: pairs, silhouettes, several references, methods beside each other."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from eval.measures.comparison import compare, comparison_table, comparison_text, difference_table, shape_of
 from eval.measures.evaluation import Settings, Target, evaluate
-from eval.measures.metrics import Measures, f1_score
+from eval.measures.metrics import MEASURES, Measures, f1_score
 from eval.measures.report import EXTRA, HIT, MISS, REMOVED, overlay
 from ncmodel.errors import UsageError
 from ncmodel.report.html import Cell
@@ -28,6 +30,25 @@ def test_a_drawing_meets_each_of_its_references() -> None:
     assert [(score.name, score.reference) for score in found.scores] == [("a_0", "0"), ("a_0", "1")]
     assert [score.measures for score in found.scores] == [Measures(1, 1, 1, 1, 1), Measures(0, 0, 0, 0, 20)]
     assert found.mean == Measures(0.5, 0.5, 0.5, 0.5, 10.5)
+
+
+def test_scores_and_comparisons_are_tables() -> None:
+    references = {"a_0": [strokes(11), strokes(30)], "b_0": [strokes(20)]}
+    drawings = {"a_0": strokes(10), "b_0": strokes(40)}
+    scores = evaluate(drawings, references, CLOSE).to_frame()
+    assert scores.dtypes.astype(str).to_dict() == {
+        "name": "string", "reference": "string", **dict.fromkeys(MEASURES, "float64"),
+    }  # fmt: skip
+    assert scores["name"].tolist() == ["a_0", "a_0", "b_0"]
+    assert scores.groupby("name")["precision"].mean().to_dict() == {"a_0": 0.5, "b_0": 0.0}
+    found = compare({"ours": drawings, "others": {"a_0": strokes(30), "b_0": strokes(20)}}, references, CLOSE)
+    table = found.to_frame().set_index(["method", "measure"])
+    assert set(table.index) == {(method, measure) for method in ("ours", "others") for measure in MEASURES}
+    assert table.dtypes.astype(str).to_dict() == dict.fromkeys(("mean", "low", "high"), "float64")
+    row: Any = table.loc[("others", "chamfer")]
+    assert (row["mean"], row["low"], row["high"]) == (
+        found.mean("others").chamfer, found.interval("others", "chamfer").low, found.interval("others", "chamfer").high,
+    )  # fmt: skip
 
 
 def test_every_pair_counts_once_in_the_mean() -> None:

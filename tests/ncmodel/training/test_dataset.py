@@ -1,6 +1,5 @@
-"""Reading ranking pairs and view folders: what they hold, what it costs, and what is wrong with bad ones."""
+"""Reading what training looks at: what it holds, what it costs, and what is wrong with bad files."""
 
-import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -9,15 +8,15 @@ import numpy as np
 import pytest
 import torch
 
+from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
+from ncmodel.data.pairs import Pair, read_pairs, write_pairs
 from ncmodel.errors import InputError
 from ncmodel.images import read_grey
 from ncmodel.nets.presets import Variation
 from ncmodel.training.batches import even_chunks, load_batch, load_pairs, pair_chunks, shrink, vary
-from ncmodel.training.dataset import DataFolder, Pair, best_drawings, read_pairs
+from ncmodel.training.dataset import ViewImages, read_training_pairs
 from tests.helpers.training_data import SIDE, make_data
-
-GOOD = {"shape": "s000", "view": 0, "better": 1, "worse": 2, "votes_for": 2, "votes": 3, "split": "train"}
 
 
 @pytest.fixture(scope="module")
@@ -27,70 +26,18 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return root
 
 
-def write_pairs(path: Path, *records: object) -> Path:
-    lines = [record if isinstance(record, str) else json.dumps(record) for record in records]
-    path.write_text("\n".join(lines))
-    return path
-
-
-def test_pairs_are_read_as_they_stand(data: Path) -> None:
-    pairs = read_pairs(data / "pairs.jsonl")
-    assert len(pairs) == 3 * 2 * 7
-    assert {pair.item.name for pair in pairs} == {f"s{shape:03d}_{view}" for shape in range(3) for view in range(2)}
-    assert {pair.item.shape for pair in pairs if pair.split == "validation"} == {"s000"}
-
-
-def test_blank_lines_a_byte_order_mark_and_crlf_are_fine(tmp_path: Path) -> None:
-    path = tmp_path / "pairs.jsonl"
-    path.write_bytes(b"\xef\xbb\xbf" + json.dumps(GOOD).encode() + b"\r\n\r\n")
-    assert read_pairs(path) == [Pair(Item("s000", "0"), 1, 2, "train")]
-
-
-@pytest.mark.parametrize(
-    ("record", "complaint"),
-    [
-        ("{", "not JSON"),
-        ("[1, 2]", r"found \[1, 2\]"),
-        ({"shape": "a"}, "found"),
-        ({**GOOD, "better": 8}, "better is 8; expected a drawing 0..7"),
-        ({**GOOD, "worse": True}, "worse is True"),
-        ({**GOOD, "worse": 1.0}, "worse is 1.0"),
-        ({**GOOD, "worse": 1}, "better and worse are both 1"),
-        ({**GOOD, "split": "test"}, "split is 'test'"),
-        ({**GOOD, "shape": "../../etc"}, "shape is '../../etc'"),
-        ({**GOOD, "shape": ""}, "shape is ''"),
-        ({**GOOD, "view": 1.5}, "view is 1.5"),
-    ],
-)
-def test_bad_lines_are_named_with_their_number(tmp_path: Path, record: object, complaint: str) -> None:
-    path = write_pairs(tmp_path / "pairs.jsonl", GOOD, record)
-    with pytest.raises(InputError, match=f"pairs.jsonl:2: {complaint}"):
-        read_pairs(path)
-
-
-def test_files_that_are_no_pairs(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="can't be read"):
-        read_pairs(tmp_path / "missing.jsonl")
-    (tmp_path / "binary").write_bytes(b"\xff\xfe\x00\x01")
-    with pytest.raises(InputError, match="not UTF-8"):
-        read_pairs(tmp_path / "binary")
-    with pytest.raises(InputError, match="0 pairs, none to train on"):
-        read_pairs(write_pairs(tmp_path / "empty"))
-    with pytest.raises(InputError, match="1 pairs, none to train on"):
-        read_pairs(write_pairs(tmp_path / "held", {**GOOD, "split": "validation"}))
-    with pytest.raises(InputError, match="'s000' is in both splits"):
-        read_pairs(write_pairs(tmp_path / "both", GOOD, {**GOOD, "view": 1, "split": "validation"}))
-
-
-def test_best_drawings_win_most_pairs() -> None:
-    item, other = Item("a", "0"), Item("b", "0")
-    pairs = [Pair(item, better, worse, "train") for better, worse in [(3, 1), (3, 2), (1, 2)]]
-    pairs += [Pair(other, better, worse, "train") for better, worse in [(5, 1), (4, 2)]]
-    assert best_drawings(pairs) == {item: 3, other: 4}
+def test_pairs_that_are_all_held_out_are_nothing_to_train_on(tmp_path: Path) -> None:
+    pair = Pair(Item("s000", "0"), 1, 2, "train")
+    write_pairs(tmp_path / "pairs.jsonl", [pair])
+    assert read_training_pairs(tmp_path / "pairs.jsonl") == [pair]
+    for count in (0, 1):
+        write_pairs(tmp_path / "held", [replace(pair, split="validation")] * count)
+        with pytest.raises(InputError, match=f"held: {count} pairs, none to train on"):
+            read_training_pairs(tmp_path / "held")
 
 
 def test_maps_and_drawings_are_fitted_into_squares(data: Path) -> None:
-    folder, item = DataFolder(data, (32, 48)), Item("s001", "1")
+    folder, item = ViewImages(DataFolder(data), (32, 48)), Item("s001", "1")
     maps, drawing = folder.maps(item, 48), folder.drawing(item, 2, 32)
     assert maps.shape == (7, 48, 48)
     assert drawing.shape == (32, 32)
@@ -104,7 +51,7 @@ def test_maps_and_drawings_are_fitted_into_squares(data: Path) -> None:
 
 def test_memory_stays_within_the_cache(data: Path) -> None:
     bytes_of_a_file = 2 * SIDE * SIDE
-    folder = DataFolder(data, (SIDE,), cache_bytes=4 * bytes_of_a_file)
+    folder = ViewImages(DataFolder(data), (SIDE,), cache_bytes=4 * bytes_of_a_file)
     items = [Item(f"s{shape:03d}", str(view)) for shape in range(3) for view in range(2)]
     first = [folder.maps(item, SIDE) for item in items]
     assert len(folder._cache) == 4
@@ -114,21 +61,14 @@ def test_memory_stays_within_the_cache(data: Path) -> None:
 
 
 def test_a_cache_too_small_for_anything_still_works(data: Path) -> None:
-    folder = DataFolder(data, (16,), cache_bytes=0)
+    folder = ViewImages(DataFolder(data), (16,), cache_bytes=0)
     assert folder.maps(Item("s000", "0"), 16).shape == (7, 16, 16)
     assert len(folder._cache) == 1
 
 
-def test_unknown_items_and_folders_are_named(data: Path, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"pairs.jsonl: item 'x_0' is unknown"):
-        DataFolder(data, (16,)).require([Item("x", "0")], "pairs.jsonl")
-    with pytest.raises(InputError, match="no folder 'views' in it"):
-        DataFolder(tmp_path, (16,)).require([], "pairs.jsonl")
-
-
 def test_damaged_pictures_are_named(tmp_path: Path) -> None:
     make_data(tmp_path, shapes=1, views=1)
-    folder, view = DataFolder(tmp_path, (16,)), tmp_path / "views" / "s000_0"
+    folder, view = ViewImages(DataFolder(tmp_path), (16,)), tmp_path / "views" / "s000_0"
     (view / "depth.png").write_bytes((view / "depth.png").read_bytes()[:200])
     with pytest.raises(InputError, match=r"s000_0/depth.png: .*damaged"):
         folder.maps(Item("s000", "0"), 16)
@@ -157,10 +97,10 @@ def test_an_epoch_holds_every_pair_once_in_an_order_of_its_own(data: Path) -> No
 
 def test_a_drawing_that_is_in_many_pairs_is_loaded_once(data: Path) -> None:
     pairs = [pair for pair in read_pairs(data / "pairs.jsonl") if pair.item.shape == "s001"]
-    loaded = load_pairs(DataFolder(data, (16,)), pairs, 16)
+    loaded = load_pairs(ViewImages(DataFolder(data), (16,)), pairs, 16)
     assert loaded.batch.maps.shape == (2, 7, 16, 16)
     assert loaded.batch.drawings.shape == (16, 1, 16, 16)
-    folder = DataFolder(data, (16,))
+    folder = ViewImages(DataFolder(data), (16,))
     for pair, better, worse in zip(pairs, loaded.better.tolist(), loaded.worse.tolist(), strict=True):
         for index, place in ((pair.better, better), (pair.worse, worse)):
             np.testing.assert_array_equal(loaded.batch.drawings[place, 0].numpy(), folder.drawing(pair.item, index, 16))
@@ -168,7 +108,7 @@ def test_a_drawing_that_is_in_many_pairs_is_loaded_once(data: Path) -> None:
 
 
 def test_variation_moves_maps_and_drawings_together(data: Path) -> None:
-    folder, item = DataFolder(data, (SIDE,)), Item("s002", "0")
+    folder, item = ViewImages(DataFolder(data), (SIDE,)), Item("s002", "0")
     batch = load_batch(folder, [(item, 0)], SIDE)
     # A drawing that is the depth map itself must stay so, wherever both go.
     batch = replace(batch, drawings=1.0 - batch.maps[:, :1])
@@ -191,7 +131,7 @@ def test_variation_moves_maps_and_drawings_together(data: Path) -> None:
     ],
 )
 def test_poses_are_those_that_the_variation_allows(data: Path, variation: Variation, expected: Sequence[int]) -> None:
-    batch = load_batch(DataFolder(data, (32,)), [(Item("s002", "0"), 0)], 32)
+    batch = load_batch(ViewImages(DataFolder(data), (32,)), [(Item("s002", "0"), 0)], 32)
     image = batch.drawings[0, 0]
     poses = [turned for turns in range(4) for turned in (image.rot90(turns), image.rot90(turns).flip(-1))]
     counts = [0] * 8
@@ -203,7 +143,7 @@ def test_poses_are_those_that_the_variation_allows(data: Path, variation: Variat
 
 
 def test_variation_is_the_seeds(data: Path) -> None:
-    batch = load_batch(DataFolder(data, (32,)), [(Item("s002", "0"), 0)], 32)
+    batch = load_batch(ViewImages(DataFolder(data), (32,)), [(Item("s002", "0"), 0)], 32)
     first, again = (vary(batch, Variation(quarter_turns=True), np.random.default_rng(9)) for _ in range(2))
     assert torch.equal(first.maps, again.maps)
     assert torch.equal(first.drawings, again.drawings)

@@ -1,0 +1,1 @@
+"""Many meshes to a data folder: resumable, on one machine or many."""
