@@ -158,13 +158,11 @@ def levels(
     as_json: Json = False,
 ) -> None:
     """Measure how much each threshold of the candidates keeps on the views, and how many drawings differ."""
-    from dataclasses import asdict
-
     from dataset_tools.build.summary import thresholds_text
     from dataset_tools.build.threshold_study import study_thresholds
 
     study = study_thresholds(data_dir)
-    emit(asdict(study), as_json, thresholds_text(study))
+    emit(study.to_record(), as_json, thresholds_text(study))
 
 
 @group.command()

@@ -9,10 +9,10 @@ from starlette.testclient import TestClient
 
 from dataset_tools.questionnaires.questionnaire import Key
 from dataset_tools.site.database import Policy
-from dataset_tools.site.participant_pages import Limits, Settings
+from dataset_tools.site.participant_pages import RateLimits, Settings
 from dataset_tools.site.server import SiteFiles, make_app
 
-LOOSE = Limits(answers=(10_000, 1000.0), starts=(10_000, 1000.0))
+LOOSE = RateLimits(answers=(10_000, 1000.0), starts=(10_000, 1000.0))
 
 
 class Clock:
@@ -26,7 +26,7 @@ class Clock:
 
 
 def app(
-    batch: Path, folder: Path, limits: Limits = LOOSE, policy: Policy | None = None, **settings: object
+    batch: Path, folder: Path, limits: RateLimits = LOOSE, policy: Policy | None = None, **settings: object
 ) -> Starlette:
     """The site that serves a batch, its files in a folder; `state.store` is its database."""
     files = SiteFiles(batch, folder / "votes.sqlite", folder / "token")

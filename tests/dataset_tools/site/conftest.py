@@ -6,9 +6,10 @@ from pathlib import Path
 import pytest
 from starlette.applications import Starlette
 
+from dataset_tools.questionnaires.batch import make_batch
 from dataset_tools.questionnaires.batch_folder import Look
 from dataset_tools.questionnaires.questionnaire import Key, Scheme
-from dataset_tools.simulation.crowd import make_batch
+from dataset_tools.questionnaires.sentinels import ArtistsFolder
 from ncmodel.data.data_folder import DataFolder
 from tests.helpers.crowd_data import make_artists, make_data
 from tests.helpers.site_client import app
@@ -21,7 +22,9 @@ def batch(tmp_path_factory: pytest.TempPathFactory) -> Path:
     data = make_data(folder / "data", shapes=6, views=1)
     artists = make_artists(folder / "artists", data)
     scheme = Scheme(real=3, sentinels=2, pool=4, votes=2)
-    make_batch(data, folder / "batch", dict.fromkeys(DataFolder(data).items(), 2), scheme, Look(32, 32), artists)
+    make_batch(
+        data, folder / "batch", dict.fromkeys(DataFolder(data).items(), 2), scheme, Look(32, 32), ArtistsFolder(artists)
+    )
     return folder / "batch"
 
 

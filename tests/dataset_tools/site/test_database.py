@@ -29,7 +29,7 @@ def test_abandoned_questionnaires_return(tmp_path: Path) -> None:
     back = store.find(first)
     assert back is not None
     assert back.state is State.ABANDONED, "ben was only just not seen: his place isn't given up before somebody asks"
-    assert [entry.state for entry in store.entries()] == [State.ABANDONED, State.ABANDONED]
+    assert [entry.state for entry in store.assignments()] == [State.ABANDONED, State.ABANDONED]
     back = store.find(first)
     assert back is not None
     assert back.state is State.ACTIVE, "the place is free again"
@@ -71,7 +71,7 @@ def test_concurrent_starts_never_share_a_place(tmp_path: Path) -> None:
         thread.start()
     for thread in threads:
         thread.join()
-    entries = store.entries()
+    entries = store.assignments()
     assert len(entries) == 20
     assert len({entry.questionnaire for entry in entries}) == 20
     assert len({entry.worker for entry in entries}) == 20

@@ -85,7 +85,7 @@ def test_a_site_open_to_all_gives_names(batch: Path, tmp_path: Path) -> None:
     for _ in range(2):
         reply = TestClient(site, follow_redirects=False).post("/start", data={"agree": "yes"})
         assert reply.status_code == 303
-    assert len({entry.worker for entry in site.state.store.entries()}) == 2
+    assert len({entry.worker for entry in site.state.store.assignments()}) == 2
     site.state.store.close()
 
 
@@ -164,7 +164,7 @@ def test_the_next_person_at_a_shared_computer_starts_afresh(site: Starlette, key
     assert client.post("/start", data={"PROLIFIC_PID": "ben", "agree": "yes"}).status_code == 303
     assert asked(client, key) != first
     assert " checked>" not in client.get("/questions").text
-    entries = site.state.store.entries()
+    entries = site.state.store.assignments()
     assert [(entry.worker, entry.state) for entry in entries] == [("anna", State.ACTIVE), ("ben", State.ACTIVE)]
     assert len(site.state.store.answers(entries[0].id)) == 1, "what anna answered is kept"
 
@@ -190,7 +190,7 @@ def test_sending_twice_at_once_ends_with_what_is_stored(site: Starlette, key: Ke
         thread.start()
     for thread in threads:
         thread.join()
-    (entry,) = site.state.store.entries()
+    (entry,) = site.state.store.assignments()
     answers = site.state.store.answers(entry.id)
     assert entry.state is State.FINISHED
     assert entry.reliable is (answers == right)
@@ -209,7 +209,7 @@ def test_malformed_answers_are_refused_and_change_nothing(site: Starlette, body:
     client = begin(site, "anna")
     reply = client.post("/answer", content=body, headers={"X-NC-Secret": page_secret(client)})
     assert reply.status_code == 400
-    assert site.state.store.answers(site.state.store.entries()[0].id) == {}
+    assert site.state.store.answers(site.state.store.assignments()[0].id) == {}
 
 
 def test_who_took_part_in_an_earlier_round_cannot_again(batch: Path, key: Key, tmp_path: Path) -> None:

@@ -4,13 +4,13 @@ from pathlib import Path
 
 from starlette.testclient import TestClient
 
-from dataset_tools.site.participant_pages import Limits
+from dataset_tools.site.participant_pages import RateLimits
 from dataset_tools.site.rate_limit import RateLimit
 from tests.helpers.site_client import Clock, answer, app, begin, page_secret
 
 
 def test_too_many_requests_are_slowed(batch: Path, tmp_path: Path) -> None:
-    site = app(batch, tmp_path, Limits(answers=(3, 0.0), starts=(2, 0.0), logins=(2, 0.0)))
+    site = app(batch, tmp_path, RateLimits(answers=(3, 0.0), starts=(2, 0.0), logins=(2, 0.0)))
     client = begin(site, "anna")
     secret = page_secret(client)
     assert [answer(client, secret, "q01", "none") for _ in range(5)] == [200, 200, 200, 429, 429]

@@ -6,7 +6,7 @@ from starlette.applications import Starlette
 from starlette.testclient import TestClient
 
 from dataset_tools.questionnaires.questionnaire import Key
-from dataset_tools.site.participant_pages import Limits
+from dataset_tools.site.participant_pages import RateLimits
 from dataset_tools.votes.ingest import ingest_results
 from tests.helpers.site_client import app, asked, begin, page_secret, right_answers
 
@@ -35,7 +35,7 @@ def test_the_requester_sees_counts_and_downloads_results(
 
 def test_wrong_bearer_tokens_are_counted(batch: Path, tmp_path: Path) -> None:
     """After too many of them not even the right one is looked at; who is logged in isn't locked out."""
-    site = app(batch, tmp_path, Limits(logins=(3, 0.0)))
+    site = app(batch, tmp_path, RateLimits(logins=(3, 0.0)))
     token = (tmp_path / "token").read_text().strip()
     admin = TestClient(site, base_url="http://localhost")
     admin.post("/admin/login", data={"token": token})

@@ -25,7 +25,7 @@ def test_tokens_are_made_private_and_refused_when_short(tmp_path: Path) -> None:
 
 def test_settings_are_checked(tmp_path: Path) -> None:
     assert site_parameters("a, b_1") == ("a", "b_1")
-    with pytest.raises(UsageError, match="--parameters"):
+    with pytest.raises(UsageError, match=r"^parameters: found 'a b'"):
         site_parameters("a b")
     (tmp_path / "empty").write_text("\n")
     with pytest.raises(InputError, match="no text"):

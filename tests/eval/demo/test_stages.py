@@ -104,17 +104,17 @@ def test_a_spoiled_record_is_named(tmp_path: Path) -> None:
 
 
 def test_a_killed_road_leaves_no_stage_behind(tmp_path: Path) -> None:
-    road = subprocess.Popen([sys.executable, "-c", ROAD, str(tmp_path)], stderr=subprocess.DEVNULL)
+    pipeline = subprocess.Popen([sys.executable, "-c", PIPELINE, str(tmp_path)], stderr=subprocess.DEVNULL)
     pid_file = tmp_path / "pid"
     wait_until(pid_file.exists)
     stage = int(pid_file.read_text(encoding="utf-8"))
     assert _alive(stage)
-    road.kill()
-    road.wait()
+    pipeline.kill()
+    pipeline.wait()
     wait_until(lambda: not _alive(stage))
 
 
-ROAD = """
+PIPELINE = """
 import sys
 from pathlib import Path
 from tests.eval.demo.test_stages import linger

@@ -219,12 +219,16 @@ def another_distribution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pat
         "[ncontours.commands]\n"
         "plot = plotting_tools:plot\n"
         "draw = plotting_tools:plot\n"
+        "pens = plotting_tools:pens\n"
+        "number = plotting_tools:NUMBER\n"
         "absent = plotting_tools_elsewhere:plot\n"
         "unnamed = plotting_tools:no_such_function\n"
         "broken = plotting_tools_broken:plot\n"
     )
     (home / "plotting_tools.py").write_text(
-        'def plot(pens: int = 1) -> None:\n    """Plot with pens."""\n    print(f"plotted with {pens} pens")\n'
+        'def plot(pens: int = 1) -> None:\n    """Plot with pens."""\n    print(f"plotted with {pens} pens")\n\n'
+        "import typer\n\nNUMBER = 3\npens = typer.Typer(help='Pens of all widths.')\n\n"
+        "@pens.command()\ndef buy(count: int) -> None:\n    print(f'bought {count} pens')\n"
     )
     (home / "plotting_tools_broken.py").write_text("raise RuntimeError('out of\\nink')\n")
     monkeypatch.syspath_prepend(str(home))
@@ -241,6 +245,12 @@ class TestOtherDistributions:
         assert main(["--help"]) == 0
         assert "Plot with pens." in capsys.readouterr().out
 
+    def test_their_groups_are_found_and_called(self, capsys: pytest.CaptureFixture[str]) -> None:
+        assert main(["pens", "buy", "3"]) == 0
+        assert capsys.readouterr().out == "bought 3 pens\n"
+        assert main(["--help"]) == 0
+        assert "Pens of all widths." in capsys.readouterr().out
+
     def test_ours_cannot_be_replaced(self, files: Path) -> None:
         assert main(["draw", str(files / "triangle.obj"), "-o", str(files / "out.svg")]) == 0
         assert (files / "out.svg").exists()
@@ -250,6 +260,7 @@ class TestOtherDistributions:
         [
             ("absent", "absent: can't be loaded from plotting_tools_elsewhere:plot (ModuleNotFoundError: "),
             ("unnamed", "unnamed: can't be loaded from plotting_tools:no_such_function (AttributeError: "),
+            ("number", "number: can't be loaded from plotting_tools:NUMBER (TypeError: "),
             ("broken", "broken: can't be loaded from plotting_tools_broken:plot (RuntimeError: out of ink)"),
         ],
     )

@@ -77,12 +77,12 @@ class TestCommand:
         out = tmp_path / "m.ckpt"
         run(data, out, stages=("ranker",), epochs=1)
         found = complaint(capsys, *self.arguments(data, out, "--stage", "ranker", "--seed", "1"))
-        assert "had seed 0, now 1; see --restart" in found
+        assert "had seed 0, now 1; expected the same, or a restart" in found
         found = complaint(capsys, *self.arguments(data, out, "--preset", "tiny"))
         assert "holds networks of preset 'micro'; expected preset 'tiny', or a file that isn't there yet" in found
         (tmp_path / "m.ckpt.ranker.state").unlink()
         found = complaint(capsys, *self.arguments(data, out, "--stage", "ranker"))
-        assert "m.ckpt.ranker.state, needed to go on, is gone; --restart trains anew" in found
+        assert "m.ckpt.ranker.state, needed to go on, is gone; expected that file, or a restart" in found
         assert main(self.arguments(data, out, "--stage", "ranker", "--seed", "1", "--epochs", "1", "--restart")) == 0
 
     def test_restarting_all_stages_takes_nothing_over(
