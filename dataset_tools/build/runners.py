@@ -15,7 +15,7 @@ from queue import Empty, SimpleQueue
 from typing import Any, Generic, Protocol, TypeVar
 
 from dataset_tools.build.worker_process import Apart, Limits, Lost
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -62,7 +62,7 @@ class PoolRunner:
 
     def __init__(self, workers: int) -> None:
         if workers < 1:
-            raise UsageError(f"--workers: found {workers}, expected at least 1")
+            raise ArgumentError("workers", str(workers), "at least 1")
         self.workers = workers
         self._aparts: list[Apart] = []
 
@@ -118,7 +118,8 @@ class DaskRunner:
             _await_listener(address, patience)
             self.client = distributed.Client(address, timeout=patience, set_as_default=False)
         except (OSError, ValueError) as error:
-            raise UsageError(f"--scheduler: no Dask scheduler answers at {address} ({error})") from error
+            found = f"{address}, where no Dask scheduler answers ({error})"
+            raise ArgumentError("scheduler", found, "tcp://HOST:PORT of one that runs") from error
 
     def run(self, function: Callable[[T], R], tasks: Sequence[T], limits: Limits) -> Iterator[Outcome[T, R]]:
         """See `Runner.run`."""

@@ -61,7 +61,7 @@ def thresholds_text(study: ThresholdStudy) -> str:
     """Measured thresholds for people."""
     lines = [f"share of visible length kept on {study.views} views (10th, 50th, 90th percentile)"]
     for kept in study.kept:
-        lines.append(f"  {kept.family:<11} {kept.level:>6g}  {'  '.join(f'{share:.2f}' for share in kept.shares)}")
+        lines.append(f"  {kept.family:<11} {kept.threshold:>6g}  {'  '.join(f'{share:.2f}' for share in kept.shares)}")
     return "\n".join(
         [*lines, f"different ones of 256 drawings of lines: {', '.join(f'{n:.0f}' for n in study.distinct)}"]
     )

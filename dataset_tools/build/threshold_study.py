@@ -4,6 +4,7 @@ import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -19,23 +20,23 @@ PERCENTILES = (10, 50, 90)
 
 
 @dataclass(frozen=True)
-class Kept:
+class KeptShare:
     """The share of a family's visible length that a threshold keeps, over many views.
 
     Attributes:
         family: The family.
-        level: The threshold.
+        threshold: The threshold.
         shares: Its percentiles `PERCENTILES`.
     """
 
     family: LineFamily
-    level: float
+    threshold: float
     shares: tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class ThresholdStudy:
-    """The thresholds measured on the views of a data folder.
+    """Thresholds measured on the views of a data folder.
 
     Attributes:
         views: How many.
@@ -44,27 +45,32 @@ class ThresholdStudy:
     """
 
     views: int
-    kept: tuple[Kept, ...]
+    kept: tuple[KeptShare, ...]
     distinct: tuple[float, ...]
+
+    def to_record(self) -> dict[str, Any]:
+        """JSON-ready values."""
+        kept = [{"family": one.family, "level": one.threshold, "shares": one.shares} for one in self.kept]
+        return {"views": self.views, "kept": kept, "distinct": self.distinct}
 
 
 def study_thresholds(data_dir: str | Path) -> ThresholdStudy:
-    """Measure the thresholds that a data folder was built with on its views.
+    """Measure the candidates' thresholds that a data folder was built with on its views.
 
     Raises:
         InputError: It has no finished view.
     """
     data = DataFolder(data_dir)
     items = data.items()
-    thresholds = read_config(BuildConfig, data.config_path).levels
+    chosen = read_config(BuildConfig, data.config_path).levels
     steps = [
-        (family, value)
+        (family, threshold)
         for name, families in FILTERS.items()
         for family in families
-        for value in getattr(thresholds, name)
+        for threshold in getattr(chosen, name)
     ]
     shares = np.array([_shares(data.open_view(item), steps) for item in items])
-    kept = tuple(Kept(*step, _percentiles(shares[:, i])) for i, step in enumerate(steps))
+    kept = tuple(KeptShare(*step, _percentiles(shares[:, i])) for i, step in enumerate(steps))
     distinct = [different_drawings(data.view_folder(item)) for item in items]
     return ThresholdStudy(len(items), kept, _percentiles(distinct))
 

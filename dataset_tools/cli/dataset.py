@@ -13,7 +13,7 @@ group = typer.Typer(help="Clean meshes, choose views, draw and select candidates
 
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
-Up = Annotated[str | None, typer.Option(help="Upward axis of the mesh files, y or z.  [default: y]")]
+Up = Annotated[str | None, typer.Option(help="Upward axis of the mesh files, y or z. (default y)")]
 
 
 @group.command()
@@ -21,15 +21,13 @@ def build(
     mesh_dir: Annotated[Path, typer.Argument(help="Folder with meshes, searched with its subfolders.")],
     data_dir: Annotated[Path, typer.Argument(help="Data folder to make or to go on with.")],
     config: Annotated[Path | None, typer.Option(help="Settings (TOML); options below override it.")] = None,
-    views: Annotated[int | None, typer.Option(help="Views of each shape.  [default: 2]")] = None,
-    size: Annotated[str | None, typer.Option(help="Pixels, N or WxH.  [default: 768]")] = None,
-    seed: Annotated[int | None, typer.Option(help="Of azimuths and selection.  [default: 0]")] = None,
+    views: Annotated[int | None, typer.Option(help="Views of each shape. (default 2)")] = None,
+    size: Annotated[str | None, typer.Option(help="Pixels, N or WxH. (default 768)")] = None,
+    seed: Annotated[int | None, typer.Option(help="Of azimuths and selection. (default 0)")] = None,
     up: Up = None,
     up_table: Annotated[Path | None, typer.Option(help="Axes of single files: a CSV with columns file, up.")] = None,
-    min_faces: Annotated[int | None, typer.Option(help="Skip shapes with fewer faces.  [default: 2000]")] = None,
-    workers: Annotated[
-        int | None, typer.Option(help="Processes; 0: this one, no limits.  [default: one a core]")
-    ] = None,
+    min_faces: Annotated[int | None, typer.Option(help="Skip shapes with fewer faces. (default 2000)")] = None,
+    workers: Annotated[int | None, typer.Option(help="Processes; 0: this one, no limits. (default one a core)")] = None,
     scheduler: Annotated[str | None, typer.Option(help="Dask scheduler, tcp://HOST:PORT, instead of workers.")] = None,
     retry: Annotated[bool, typer.Option("--retry", help="Try again what failed before.")] = False,
     as_json: Json = False,
@@ -143,7 +141,7 @@ def import_(
 def sheet(
     data_dir: Annotated[Path, typer.Argument(help="Data folder.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Picture, *.png.")],
-    names: Annotated[list[str] | None, typer.Option("--view", help="SHAPE_VIEW, repeatable.  [default: all]")] = None,
+    names: Annotated[list[str] | None, typer.Option("--view", help="SHAPE_VIEW, repeatable. (default all)")] = None,
 ) -> None:
     """Draw a contact sheet: renders and selected drawings of each view."""
     from dataset_tools.build.contact_sheet import data_sheet
@@ -160,13 +158,11 @@ def levels(
     as_json: Json = False,
 ) -> None:
     """Measure how much each threshold of the candidates keeps on the views, and how many drawings differ."""
-    from dataclasses import asdict
-
     from dataset_tools.build.summary import thresholds_text
     from dataset_tools.build.threshold_study import study_thresholds
 
     study = study_thresholds(data_dir)
-    emit(asdict(study), as_json, thresholds_text(study))
+    emit(study.to_record(), as_json, thresholds_text(study))
 
 
 @group.command()

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from dataset_tools.questionnaires.questionnaire import IMAGES_NAME, KEY_NAME, TASKS_NAME, TEMPLATE_NAME, Tokens
 from dataset_tools.questionnaires.stimuli import DRAWING_LEVELS, image_pool
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError, UsageError
 from ncmodel.files import write_text
 from ncmodel.images import read_grey
 
@@ -45,11 +45,11 @@ class Look:
     def __post_init__(self) -> None:
         for name in ("drawing_side", "render_side"):
             if not 16 <= getattr(self, name) <= 4096:
-                raise UsageError(f"--{name.replace('_', '-')} is {getattr(self, name)}, expected 16..4096 pixels")
+                raise ArgumentError(name, str(getattr(self, name)), "16..4096 pixels")
 
 
 @dataclass(frozen=True)
-class Shown:
+class QuestionStimuli:
     """A question as shown.
 
     Attributes:
@@ -66,11 +66,11 @@ class Shown:
 
 
 @dataclass(frozen=True)
-class Sheet:
+class QuestionnaireStimuli:
     """A questionnaire as shown."""
 
     identifier: str
-    questions: tuple[Shown, ...]
+    questions: tuple[QuestionStimuli, ...]
 
 
 @dataclass(frozen=True)
@@ -87,12 +87,12 @@ class BatchWriter:
     look: Look
     template: Template
 
-    def write(self, batch_dir: Path, sheets: Sequence[Sheet], key: Mapping[str, object]) -> list[str]:
+    def write(self, batch_dir: Path, stimuli: Sequence[QuestionnaireStimuli], key: Mapping[str, object]) -> list[str]:
         """Write a batch folder; it appears whole or not at all.
 
         Args:
             batch_dir: A folder that doesn't exist yet or is empty.
-            sheets: The questionnaires, all of one length, with as many renders in each question.
+            stimuli: The questionnaires, all of one length, with as many renders in each question.
             key: What `key.json` holds.
 
         Returns:
@@ -105,12 +105,12 @@ class BatchWriter:
         if batch_dir.exists() and any(batch_dir.iterdir()):
             raise UsageError(f"{batch_dir}: holds files already; a batch goes into a folder of its own")
         with _appearing(batch_dir) as folder:
-            first = sheets[0].questions[0]
+            first = stimuli[0].questions[0]
             drawing_size = _frame(first.drawings[0], self.look.drawing_side)
             render_size = _frame(first.renders[0], self.look.render_side)
-            self._write_pictures(folder / IMAGES_NAME, sheets, drawing_size, render_size)
-            self._write_tasks(folder, sheets)
-            text = self.template(len(sheets[0].questions), len(first.renders), drawing_size, render_size)
+            self._write_pictures(folder / IMAGES_NAME, stimuli, drawing_size, render_size)
+            self._write_tasks(folder, stimuli)
+            text = self.template(len(stimuli[0].questions), len(first.renders), drawing_size, render_size)
             write_text(folder / TEMPLATE_NAME, text)
             write_text(folder / KEY_NAME, json.dumps(key, indent=1) + "\n")
             (folder / KEY_NAME).chmod(0o600)  # what answers mean is for the requester alone
@@ -130,39 +130,41 @@ class BatchWriter:
             )
         return notes
 
-    def _name(self, sheet: Sheet, shown: Shown, kind: str, place: int) -> str:
+    def _name(self, questionnaire: QuestionnaireStimuli, shown: QuestionStimuli, kind: str, place: int) -> str:
         """What a picture is called where it is shown: every showing has a name of its own."""
-        return self.tokens(kind, sheet.identifier, shown.field, place) + ".png"
+        return self.tokens(kind, questionnaire.identifier, shown.field, place) + ".png"
 
-    def _write_pictures(self, folder: Path, sheets: Sequence[Sheet], drawing_size: Size, render_size: Size) -> None:
+    def _write_pictures(
+        self, folder: Path, stimuli: Sequence[QuestionnaireStimuli], drawing_size: Size, render_size: Size
+    ) -> None:
         folder.mkdir()
         with image_pool(folder) as pool:
-            for sheet in sheets:
-                for shown in sheet.questions:
+            for questionnaire in stimuli:
+                for shown in questionnaire.questions:
                     for place, path in enumerate(shown.drawings, 1):
-                        pool.add(self._name(sheet, shown, "drawing", place), path, drawing_size, DRAWING_LEVELS)
+                        pool.add(self._name(questionnaire, shown, "drawing", place), path, drawing_size, DRAWING_LEVELS)
                     for place, path in enumerate(shown.renders, 1):
-                        pool.add(self._name(sheet, shown, "render", place), path, render_size)
+                        pool.add(self._name(questionnaire, shown, "render", place), path, render_size)
 
-    def _write_tasks(self, folder: Path, sheets: Sequence[Sheet]) -> None:
+    def _write_tasks(self, folder: Path, stimuli: Sequence[QuestionnaireStimuli]) -> None:
         with (folder / TASKS_NAME).open("w", encoding="utf-8", newline="") as file:
             writer: csv.DictWriter[str] | None = None
-            for sheet in sheets:
-                row = self._task(sheet, folder / IMAGES_NAME)
+            for questionnaire in stimuli:
+                row = self._task(questionnaire, folder / IMAGES_NAME)
                 if writer is None:
                     writer = csv.DictWriter(file, list(row), lineterminator="\n")
                     writer.writeheader()
                 writer.writerow(row)
 
-    def _task(self, sheet: Sheet, images: Path) -> dict[str, str]:
+    def _task(self, questionnaire: QuestionnaireStimuli, images: Path) -> dict[str, str]:
         """A row of `tasks.csv`: the identifier, where each picture is, then the value of each answer."""
-        row = {"questionnaire": sheet.identifier}
-        for shown in sheet.questions:
+        row = {"questionnaire": questionnaire.identifier}
+        for shown in questionnaire.questions:
             for kind, letter, count in (("drawing", "d", len(shown.drawings)), ("render", "r", len(shown.renders))):
                 for place in range(1, count + 1):
-                    name = self._name(sheet, shown, kind, place)
+                    name = self._name(questionnaire, shown, kind, place)
                     row[f"{shown.field}_{letter}{place}"] = self._address(images / name)
-        for shown in sheet.questions:
+        for shown in questionnaire.questions:
             row |= {f"{shown.field}_v{place}": value for place, value in enumerate(shown.values, 1)}
         return row
 

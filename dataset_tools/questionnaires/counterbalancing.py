@@ -1,4 +1,4 @@
-"""Who sees what, and where: items dealt to questionnaires, questions to places, drawings to positions."""
+"""Counterbalancing: which items a questionnaire asks about, in what order, and how its drawings are ordered."""
 
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
@@ -12,14 +12,14 @@ from ncmodel.data.item import DRAWINGS, Item
 T = TypeVar("T")
 
 
-def deal(
+def assign_items(
     needs: Mapping[Item, int], size: int, rng: np.random.Generator, fill: bool = True, others: Collection[Item] = ()
 ) -> list[list[Item]]:
-    """Deal items to the fewest questionnaires that give each the votes it needs.
+    """Assign items to the fewest blocks, one a questionnaire, that give each item the votes it needs.
 
-    All votes are laid in a row, those of a shape side by side, and dealt like cards to the questionnaires in turn. So
-    no questionnaire holds an item twice, and none holds a shape twice unless the shape needs more votes than there
-    are questionnaires; then its questions are spread evenly, which is the best that can be done.
+    All votes are laid in a row, those of a shape side by side, and go to the blocks in turn. So no block holds an item
+    twice, and none holds a shape twice unless the shape needs more votes than there are questionnaires; then its
+    questions are spread evenly, which is the best that can be done.
 
     Args:
         needs: Item -> votes (items that need none are left out).
@@ -36,12 +36,12 @@ def deal(
     total, size = sum(short.values()), min(size, len(to_fill))
     count = max(-(-total // size), max(short.values()))
     length = size if fill else -(-total // count)
-    hands: list[list[Item]] = [[] for _ in range(count)]
-    cards = [item for item in _by_shape(short, rng) for _ in range(short[item])]
-    for place, card in enumerate(cards):
-        hands[place % count].append(card)
-    _fill(hands, length, to_fill, rng)
-    return [hands[i] for i in rng.permutation(count)]
+    blocks: list[list[Item]] = [[] for _ in range(count)]
+    row = [item for item in _by_shape(short, rng) for _ in range(short[item])]
+    for place, item in enumerate(row):
+        blocks[place % count].append(item)
+    _fill(blocks, length, to_fill, rng)
+    return [blocks[i] for i in rng.permutation(count)]
 
 
 def _by_shape(items: Mapping[Item, int], rng: np.random.Generator) -> list[Item]:
@@ -51,20 +51,20 @@ def _by_shape(items: Mapping[Item, int], rng: np.random.Generator) -> list[Item]
     return sorted(items, key=lambda item: (rank[item.shape], item))
 
 
-def _fill(hands: list[list[Item]], length: int, items: list[Item], rng: np.random.Generator) -> None:
-    """Top up short hands in place, with items that got the fewest spare votes and shapes that aren't in the hand."""
+def _fill(blocks: list[list[Item]], length: int, items: list[Item], rng: np.random.Generator) -> None:
+    """Fill short blocks up in place, with items that got the fewest spare votes and shapes that aren't in the block."""
     spare: Counter[Item] = Counter()
     order = {items[i]: rank for rank, i in enumerate(rng.permutation(len(items)))}
-    for hand in hands:
-        while len(hand) < length:
-            held, shapes = set(hand), {item.shape for item in hand}
+    for block in blocks:
+        while len(block) < length:
+            held, shapes = set(block), {item.shape for item in block}
             free = (item for item in items if item not in held)
             item = min(free, key=lambda item: (item.shape in shapes, spare[item], order[item]))
             spare[item] += 1
-            hand.append(item)
+            block.append(item)
 
 
-def varied(items: Collection[Item], rng: np.random.Generator) -> list[Item]:
+def alternate_shapes(items: Collection[Item], rng: np.random.Generator) -> list[Item]:
     """The items in a random order in which shapes take turns: its beginning holds as many shapes as possible."""
     ordered = sorted(items)
     seen: Counter[str] = Counter()
@@ -75,7 +75,7 @@ def varied(items: Collection[Item], rng: np.random.Generator) -> list[Item]:
     return sorted(turn, key=lambda item: turn[item])
 
 
-class Places:
+class QuestionOrder:
     """Puts the questions of each questionnaire in an order in which every item stands at places it hasn't stood at.
 
     Real questions and sentinels are treated alike, so that a place says nothing.
@@ -101,7 +101,7 @@ class Places:
         return ordered
 
 
-class Positions:
+class DrawingOrder:
     """Orders the 8 drawings of a question so that each drawing of an item meets all positions about equally often.
 
     The first time an item is asked about, its order is random; each further time the row is turned by an odd step, so
@@ -116,7 +116,7 @@ class Positions:
         self._asked: dict[object, tuple[list[int], int]] = {}
 
     def order(self, identity: object) -> list[int]:
-        """Candidate indices 0..7 in the order to show."""
+        """Drawings 0..7 in the order to show."""
         row, times = self._asked.get(identity) or (self._rng.permutation(DRAWINGS).tolist(), 0)
         if times == DRAWINGS:
             row, times = self._rng.permutation(DRAWINGS).tolist(), 0

@@ -48,24 +48,24 @@ def items_to_ask_about(data: DataFolder) -> list[Item]:
     Raises:
         InputError: There is none.
     """
-    found = [item for item in data.items() if len(different(item_twins(data, item))) > 1]
+    found = [item for item in data.items() if len(distinct(item_twins(data, item))) > 1]
     if not found:
         raise InputError(data.root, "the eight drawings of every view are one", "drawings to choose from")
     return found
 
 
-def different(twins: Twins) -> list[int]:
+def distinct(twins: Twins) -> list[int]:
     """The drawings without those that repeat an earlier one."""
     return sorted(set(twins))
 
 
-def different_pictures(pictures: Sequence[Path]) -> list[Path]:
+def distinct_pictures(pictures: Sequence[Path]) -> list[Path]:
     """The picture files without those that repeat an earlier one.
 
     Raises:
         InputError: One can't be read.
     """
-    return [pictures[index] for index in different(find_twins(pictures))]
+    return [pictures[index] for index in distinct(find_twins(pictures))]
 
 
 def to_record(twins: Twins) -> dict[str, int]:

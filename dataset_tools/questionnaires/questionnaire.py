@@ -13,7 +13,7 @@ from typing import Any
 
 from dataset_tools.questionnaires.identical_drawings import ALL_DIFFERENT, Twins, from_record, to_record
 from ncmodel.data.item import DRAWINGS, Item
-from ncmodel.errors import InputError, UsageError
+from ncmodel.errors import ArgumentError, InputError, UsageError
 
 NONE = "none"
 """The answer "none of these line drawings are good"."""
@@ -45,9 +45,9 @@ class Scheme:
     def __post_init__(self) -> None:
         for name, least in (("real", 1), ("sentinels", 0), ("votes", 1), ("seed", 0)):
             if getattr(self, name) < least:
-                raise UsageError(f"--{name} is {getattr(self, name)}, expected {least} or more")
+                raise ArgumentError(name, str(getattr(self, name)), f"{least} or more")
         if self.pool < self.sentinels:
-            raise UsageError(f"--pool is {self.pool}, expected at least --sentinels ({self.sentinels})")
+            raise ArgumentError("pool", str(self.pool), f"at least the sentinels of a questionnaire ({self.sentinels})")
         if self.real + self.sentinels > 999:
             raise UsageError(f"{self.real + self.sentinels} questions in a questionnaire, expected at most 999")
 
@@ -60,7 +60,7 @@ class Question:
         field: Name of the answer's form field ("q01").
         item: The view that the question shows; None where a key doesn't tell (sentinels).
         sentinel: Whether it checks the participant instead of asking about the item.
-        options: Answer value -> candidate index 0..7, in the order shown. In a sentinel 0 is the artist's drawing of
+        options: Answer value -> drawing 0..7, in the order shown. In a sentinel 0 is the artist's drawing of
             the shape, 1..7 are drawings of others.
         twins: Which of the item's drawings are the same picture.
     """
@@ -86,7 +86,7 @@ class Question:
         return 0 if value == NONE else list(self.options).index(value) + 1
 
     def choice(self, value: str) -> int | None:
-        """The candidate index that an answer means: -1 for "none of these", None if it is no answer here."""
+        """The drawing 0..7 that an answer means: -1 for "none of these", None if it is no answer here."""
         return -1 if value == NONE else self.options.get(value)
 
 

@@ -24,7 +24,7 @@ _PADDING = b"npAd"  # a private, ancillary PNG chunk: readers skip it
 _CHUNK_OVERHEAD = 12
 
 
-def framed(path: Path, size: tuple[int, int], levels: int = 256) -> Pixels:
+def frame(path: Path, size: tuple[int, int], levels: int = 256) -> Pixels:
     """A picture as (H, W) grey pixels, scaled to fit `size` = (width, height) and centred on white.
 
     Raises:
@@ -41,7 +41,7 @@ def framed(path: Path, size: tuple[int, int], levels: int = 256) -> Pixels:
     return from_brightness(canvas)
 
 
-def padded(png: bytes, length: int) -> bytes:
+def pad_png(png: bytes, length: int) -> bytes:
     """A PNG file filled up to `length` bytes (at least 12 more than it has), its pixels as they were."""
     if length < len(png) + _CHUNK_OVERHEAD:
         raise ValueError(f"{len(png)} bytes don't fit into {length} with a chunk's {_CHUNK_OVERHEAD}")
@@ -75,7 +75,7 @@ class ImagePool:
         """
         made = self._made.get((source, size))
         if made is None:
-            data = png_bytes(framed(source, size, levels))
+            data = png_bytes(frame(source, size, levels))
             made = self._aside / f"{len(self._made)}.{size[0]}x{size[1]}"
             made.write_bytes(data)
             self._made[source, size] = made
@@ -85,7 +85,7 @@ class ImagePool:
     def write(self) -> None:
         """Write all that was added."""
         for (_, size), made in self._made.items():
-            made.write_bytes(padded(made.read_bytes(), self._longest[size] + _CHUNK_OVERHEAD))
+            made.write_bytes(pad_png(made.read_bytes(), self._longest[size] + _CHUNK_OVERHEAD))
             os.utime(made, (TIME_STAMP, TIME_STAMP))
         for name, made in self._names:
             try:

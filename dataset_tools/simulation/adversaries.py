@@ -6,60 +6,60 @@ from dataclasses import replace
 import numpy as np
 
 from dataset_tools.questionnaires.questionnaire import NONE, Question
-from dataset_tools.simulation.participants import Behaviour, Sitting, random_clicker
-from dataset_tools.simulation.simulated_results import Reply
+from dataset_tools.simulation.participants import AnsweredQuestionnaire, Behaviour, random_clicker
+from dataset_tools.simulation.simulated_results import Response
 from ncmodel.data.item import Item
 from ncmodel.types import Floats
 
 Distance = Callable[[Item], Floats]
 
 
-def always_first(question: Question, number: int, rng: np.random.Generator) -> Reply:
+def always_first(question: Question, number: int, rng: np.random.Generator) -> Response:
     """Takes the first drawing, whatever it is."""
-    return Reply(next(iter(question.options)), float(rng.uniform(0.6, 2.0)))
+    return Response(next(iter(question.options)), float(rng.uniform(0.6, 2.0)))
 
 
-def always_none(question: Question, number: int, rng: np.random.Generator) -> Reply:
+def always_none(question: Question, number: int, rng: np.random.Generator) -> Response:
     """Finds nothing good."""
-    return Reply(NONE, float(rng.uniform(0.6, 2.0)))
+    return Response(NONE, float(rng.uniform(0.6, 2.0)))
 
 
-def straight_liner(question: Question, number: int, rng: np.random.Generator) -> Reply:
+def straight_liner(question: Question, number: int, rng: np.random.Generator) -> Response:
     """Goes through the positions in turn."""
-    return Reply(list(question.options)[number % len(question.options)], float(rng.uniform(0.8, 2.5)))
+    return Response(list(question.options)[number % len(question.options)], float(rng.uniform(0.8, 2.5)))
 
 
-def scripted(question: Question, number: int, rng: np.random.Generator) -> Reply:
+def scripted(question: Question, number: int, rng: np.random.Generator) -> Response:
     """A program that takes the answer whose value sorts first, at human speed."""
-    return Reply(min(question.options), float(rng.uniform(4.0, 14.0)))
+    return Response(min(question.options), float(rng.uniform(4.0, 14.0)))
 
 
 def hasty(honest: Behaviour) -> Behaviour:
     """Looks at half of the questions, in a second each."""
 
-    def answer(question: Question, number: int, rng: np.random.Generator) -> Reply:
+    def answer(question: Question, number: int, rng: np.random.Generator) -> Response:
         behaviour = honest if rng.random() < 0.5 else random_clicker
         return replace(behaviour(question, number, rng), seconds=float(rng.uniform(0.5, 1.4)))
 
     return answer
 
 
-def sentinel_wise(question: Question, number: int, rng: np.random.Generator) -> Reply:
+def sentinel_wise(question: Question, number: int, rng: np.random.Generator) -> Response:
     """Knows sentinels when seeing them, and clicks anywhere else."""
     if question.sentinel:
-        return Reply(question.correct, float(rng.uniform(2.0, 6.0)))
+        return Response(question.correct, float(rng.uniform(2.0, 6.0)))
     return random_clicker(question, number, rng)
 
 
 def contrarian(distances: Distance) -> Behaviour:
     """Passes sentinels and takes the worst drawing elsewhere."""
 
-    def answer(question: Question, number: int, rng: np.random.Generator) -> Reply:
+    def answer(question: Question, number: int, rng: np.random.Generator) -> Response:
         seconds = float(rng.uniform(4.0, 14.0))
         if question.sentinel or question.item is None:
-            return Reply(question.correct, seconds)
+            return Response(question.correct, seconds)
         worst = int(np.argmax(distances(question.item).mean(axis=0)))
-        return Reply(next(value for value, index in question.options.items() if index == worst), seconds)
+        return Response(next(value for value, index in question.options.items() if index == worst), seconds)
 
     return answer
 
@@ -67,15 +67,15 @@ def contrarian(distances: Distance) -> Behaviour:
 def quitter(honest: Behaviour) -> Behaviour:
     """Answers the first half and sends the rest empty."""
 
-    def answer(question: Question, number: int, rng: np.random.Generator) -> Reply:
-        return honest(question, number, rng) if number < 17 else Reply("", 0.0)
+    def answer(question: Question, number: int, rng: np.random.Generator) -> Response:
+        return honest(question, number, rng) if number < 17 else Response("", 0.0)
 
     return answer
 
 
-def copied(sitting: Sitting, name: str) -> Sitting:
+def copy_answers(answered: AnsweredQuestionnaire, name: str) -> AnsweredQuestionnaire:
     """A second account of the same person sends the same answers again."""
-    return replace(sitting, participant=replace(sitting.participant, name=name, kind="second account"))
+    return replace(answered, participant=replace(answered.participant, name=name, kind="second account"))
 
 
 KINDS: Sequence[str] = (

@@ -15,10 +15,10 @@ import numpy as np
 from dataset_tools.candidates.chamfer_matrix import distance_field
 from dataset_tools.questionnaires.questionnaire import NONE, Key, Question, Questionnaire
 from dataset_tools.simulation.artists import ArtistDrawings
-from dataset_tools.simulation.simulated_results import Reply, Sent
+from dataset_tools.simulation.simulated_results import Response, Submission
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import DRAWINGS, Item
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError
 from ncmodel.images import read_grey
 from ncmodel.types import Floats, Image, Mask
 
@@ -49,13 +49,15 @@ class Crowd:
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.random_clickers <= 1.0:
-            raise UsageError(f"--random-clickers is {self.random_clickers}, expected a share in 0..1")
-        if self.noise < 0 or self.far <= 0:
-            raise UsageError(f"--noise is {self.noise} and --far {self.far}, expected a number >= 0 and one > 0")
+            raise ArgumentError("random_clickers", str(self.random_clickers), "a share in 0..1")
+        if self.noise < 0:
+            raise ArgumentError("noise", str(self.noise), "a number >= 0")
+        if self.far <= 0:
+            raise ArgumentError("far", str(self.far), "a number > 0")
 
 
 class Distances:
-    """How far each candidate of an item is from each artist's drawing, computed when first asked for.
+    """How far each of an item's drawings is from each artist's, computed when first asked for.
 
     Args:
         data: The data folder.
@@ -69,14 +71,14 @@ class Distances:
     def __call__(self, item: Item) -> Floats:
         """(artists, 8) symmetric Chamfer distances, in shares of the picture's side."""
         if item not in self._known:
-            candidates = [1.0 - read_grey(path) for path in self._data.drawing_paths(item)]
-            self._known[item] = distances_between(self._drawings.inks(item), candidates)
+            drawings = [1.0 - read_grey(path) for path in self._data.drawing_paths(item)]
+            self._known[item] = distances_between(self._drawings.inks(item), drawings)
         return self._known[item]
 
 
-def distances_between(drawn: Iterable[Image], candidates: Iterable[Image]) -> Floats:
-    """(drawn, candidates) symmetric Chamfer distances between drawings, in shares of the picture's shorter side."""
-    rows, columns = ([_Seen.of(ink) for ink in inks] for inks in (drawn, candidates))
+def distances_between(drawn: Iterable[Image], others: Iterable[Image]) -> Floats:
+    """(drawn, others) symmetric Chamfer distances between drawings, in shares of the picture's shorter side."""
+    rows, columns = ([_Seen.of(ink) for ink in inks] for inks in (drawn, others))
     return np.array([[a.distance(b) for b in columns] for a in rows])
 
 
@@ -102,34 +104,34 @@ class _Seen:
         return float(there + back) / 2 / COMPARED_SIDE
 
 
-Behaviour = Callable[[Question, int, np.random.Generator], Reply]
+Behaviour = Callable[[Question, int, np.random.Generator], Response]
 """Answers a question (with its number, from 0) of a questionnaire."""
 
 
 def attentive(crowd: Crowd, distances: Callable[[Item], Floats], artist: int) -> Behaviour:
     """A participant who follows one artist and looks at every question."""
 
-    def answer(question: Question, number: int, rng: np.random.Generator) -> Reply:
+    def answer(question: Question, number: int, rng: np.random.Generator) -> Response:
         seconds = crowd.seconds * float(np.exp(rng.normal(0, 0.5)))
         values = list(question.options)
         if rng.random() < crowd.slip:
-            return Reply(values[rng.integers(len(values))], seconds)
+            return Response(values[rng.integers(len(values))], seconds)
         if question.sentinel or question.item is None:
-            return Reply(question.correct, seconds)
+            return Response(question.correct, seconds)
         distance = distances(question.item)[artist]
         seen = np.log(np.maximum(distance, 1e-6)) + crowd.noise * rng.gumbel(size=DRAWINGS)
         best = int(np.argmin(seen))
         if seen[best] > np.log(crowd.far):
-            return Reply(NONE, seconds)
-        return Reply(next(value for value, index in question.options.items() if index == best), seconds)
+            return Response(NONE, seconds)
+        return Response(next(value for value, index in question.options.items() if index == best), seconds)
 
     return answer
 
 
-def random_clicker(question: Question, number: int, rng: np.random.Generator) -> Reply:
+def random_clicker(question: Question, number: int, rng: np.random.Generator) -> Response:
     """A participant who clicks anywhere, quickly."""
     values = [*question.options, NONE]
-    return Reply(values[rng.integers(len(values))], float(rng.uniform(0.5, 3.0)))
+    return Response(values[rng.integers(len(values))], float(rng.uniform(0.5, 3.0)))
 
 
 @dataclass(frozen=True)
@@ -160,49 +162,51 @@ def make_crowd(
 
 
 @dataclass(frozen=True)
-class Sitting:
+class AnsweredQuestionnaire:
     """A questionnaire that a simulated participant answered."""
 
     participant: Participant
     questionnaire: Questionnaire
-    replies: Mapping[str, Reply]
+    responses: Mapping[str, Response]
 
     @property
     def passed(self) -> bool:
         """Whether all sentinels were answered rightly."""
         checks = (question for question in self.questionnaire.questions if question.sentinel)
-        return all(question.choice(self.replies[question.field].value) == 0 for question in checks)
+        return all(question.choice(self.responses[question.field].value) == 0 for question in checks)
 
     @property
-    def sent(self) -> Sent:
+    def submission(self) -> Submission:
         """What comes back."""
-        return Sent(self.participant.name, self.participant.kind, self.questionnaire.identifier, self.replies)
+        return Submission(self.participant.name, self.participant.kind, self.questionnaire.identifier, self.responses)
 
 
-def answer_all(key: Key, participants: Iterable[Participant], seed: int) -> Iterator[Sitting]:
+def answer_all(key: Key, participants: Iterable[Participant], seed: int) -> Iterator[AnsweredQuestionnaire]:
     """Each participant answers one questionnaire, in turn; when all are answered they go round again."""
     questionnaires = list(key.questionnaires.values())
     for number, participant in enumerate(participants):
         rng = np.random.default_rng([seed, number])
-        yield sit(participant, questionnaires[number % len(questionnaires)], rng)
+        yield answer_questionnaire(participant, questionnaires[number % len(questionnaires)], rng)
 
 
-def answer_until_reliable(key: Key, participants: Iterable[Participant], seed: int) -> Iterator[Sitting]:
+def answer_until_reliable(key: Key, participants: Iterable[Participant], seed: int) -> Iterator[AnsweredQuestionnaire]:
     """Each questionnaire is answered, and where a sentinel was failed posted again for the next participant."""
     waiting = deque(key.questionnaires.values())
     for number, participant in enumerate(participants):
         if not waiting:
             return
-        sitting = sit(participant, waiting.popleft(), np.random.default_rng([seed, number]))
-        if not sitting.passed:
-            waiting.append(sitting.questionnaire)
-        yield sitting
+        answered = answer_questionnaire(participant, waiting.popleft(), np.random.default_rng([seed, number]))
+        if not answered.passed:
+            waiting.append(answered.questionnaire)
+        yield answered
 
 
-def sit(participant: Participant, questionnaire: Questionnaire, rng: np.random.Generator) -> Sitting:
+def answer_questionnaire(
+    participant: Participant, questionnaire: Questionnaire, rng: np.random.Generator
+) -> AnsweredQuestionnaire:
     """One participant answers one questionnaire."""
-    replies = {
+    responses = {
         question.field: participant.behaviour(question, place, rng)
         for place, question in enumerate(questionnaire.questions)
     }
-    return Sitting(participant, questionnaire, replies)
+    return AnsweredQuestionnaire(participant, questionnaire, responses)

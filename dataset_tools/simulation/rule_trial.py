@@ -11,17 +11,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from dataset_tools.questionnaires.counterbalancing import Places, Positions, deal
+from dataset_tools.questionnaires.counterbalancing import DrawingOrder, QuestionOrder, assign_items
 from dataset_tools.questionnaires.questionnaire import Key, Question, Questionnaire, Scheme, Tokens, field_name
-from dataset_tools.simulation.adversaries import KINDS, behaviours, copied
+from dataset_tools.simulation.adversaries import KINDS, behaviours, copy_answers
 from dataset_tools.simulation.participants import (
+    AnsweredQuestionnaire,
     Crowd,
     Participant,
-    Sitting,
+    answer_questionnaire,
     attentive,
     make_crowd,
     random_clicker,
-    sit,
 )
 from dataset_tools.votes.consensus import Rules, aggregate
 from dataset_tools.votes.reliability import Participant as Assessed
@@ -29,7 +29,7 @@ from dataset_tools.votes.reliability import assess
 from dataset_tools.votes.results_csv import Answered
 from dataset_tools.votes.votes import Vote, to_frame, votes_of
 from ncmodel.data.item import DRAWINGS, Item
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError
 from ncmodel.types import Floats
 
 HONEST = ("attentive", "second account", "sends twice")
@@ -88,7 +88,7 @@ class Trial:
     rules: Sequence[RuleResult]
 
 
-class World:
+class SimulatedStudy:
     """Made-up items, and questionnaires about them.
 
     Args:
@@ -103,9 +103,9 @@ class World:
         self.items = [Item(f"made-up {number}", "0") for number in range(count)]
         self.artists = known.shape[1]
         self._distances = {item: known[rng.integers(len(known))][:, rng.permutation(DRAWINGS)] for item in self.items}
-        tokens, places, positions = Tokens(0, b"trial"), Places(rng), Positions(rng)
-        hands = deal(dict.fromkeys(self.items, scheme.votes), scheme.real, rng)
-        made = (_questionnaire(tokens(i), hand, scheme, tokens, places, positions) for i, hand in enumerate(hands))
+        tokens, places, positions = Tokens(0, b"trial"), QuestionOrder(rng), DrawingOrder(rng)
+        blocks = assign_items(dict.fromkeys(self.items, scheme.votes), scheme.real, rng)
+        made = (_questionnaire(tokens(i), block, scheme, tokens, places, positions) for i, block in enumerate(blocks))
         self.key = Key({questionnaire.identifier: questionnaire for questionnaire in made})
 
     def distances(self, item: Item) -> Floats:
@@ -120,9 +120,9 @@ class World:
 
 
 def _questionnaire(
-    name: str, hand: Sequence[Item], scheme: Scheme, tokens: Tokens, places: Places, positions: Positions
+    name: str, block: Sequence[Item], scheme: Scheme, tokens: Tokens, places: QuestionOrder, positions: DrawingOrder
 ) -> Questionnaire:
-    asked = [(item, False) for item in hand] + [(Item(f"sentinel {i}", name), True) for i in range(scheme.sentinels)]
+    asked = [(item, False) for item in block] + [(Item(f"sentinel {i}", name), True) for i in range(scheme.sentinels)]
     questions = []
     for place, (item, sentinel) in enumerate(places.order(asked, asked), 1):
         options = {tokens(name, place, index): index for index in positions.order((item, sentinel))}
@@ -143,51 +143,52 @@ def run_trial(known: Floats, crowd: Crowd, participants: int, adversaries: int, 
     Raises:
         UsageError: There are no participants.
     """
-    if participants < 10 or adversaries < 0:
-        raise UsageError(
-            f"{participants} participants and {adversaries} adversaries a kind, expected at least 10 and 0"
-        )
+    if participants < 10:
+        raise ArgumentError("participants", str(participants), "10 or more")
+    if adversaries < 0:
+        raise ArgumentError("adversaries", str(adversaries), "0 or more of each kind")
     rng = np.random.default_rng([seed, 11])
-    world = World(known, participants + adversaries * len(KINDS), rng)
-    people = make_crowd(participants, crowd, world.distances, world.artists, rng)
+    study = SimulatedStudy(known, participants + adversaries * len(KINDS), rng)
+    people = make_crowd(participants, crowd, study.distances, study.artists, rng)
     for number in range(adversaries * len(KINDS)):
         kind = KINDS[number % len(KINDS)]
-        honest = attentive(crowd, world.distances, int(rng.integers(world.artists)))
-        people.append(Participant(f"adversary-{number:04d}", kind, behaviours(honest, world.distances)[kind]))
+        honest = attentive(crowd, study.distances, int(rng.integers(study.artists)))
+        people.append(Participant(f"adversary-{number:04d}", kind, behaviours(honest, study.distances)[kind]))
     order = rng.permutation(len(people))
-    votes = to_frame(_votes(world, [people[i] for i in order], rng))
-    return _outcome(world, votes, {person.name: person.kind for person in people})
+    votes = to_frame(_votes(study, [people[i] for i in order], rng))
+    return _outcome(study, votes, {person.name: person.kind for person in people})
 
 
-def _votes(world: World, people: Sequence[Participant], rng: np.random.Generator) -> Iterator[Vote]:
-    questionnaires = list(world.key.questionnaires.values())
+def _votes(study: SimulatedStudy, people: Sequence[Participant], rng: np.random.Generator) -> Iterator[Vote]:
+    questionnaires = list(study.key.questionnaires.values())
     for number, person in enumerate(people):
-        sitting = sit(person, questionnaires[number % len(questionnaires)], rng)
-        yield from _as_votes(sitting, number)
+        answered = answer_questionnaire(person, questionnaires[number % len(questionnaires)], rng)
+        yield from _as_votes(answered, number)
         if person.kind == "second account":
-            yield from _as_votes(copied(sitting, f"{person.name}-again"), number)
+            yield from _as_votes(copy_answers(answered, f"{person.name}-again"), number)
         if person.kind == "sends twice":
             other = questionnaires[(number + 1) % len(questionnaires)]
-            yield from _as_votes(sit(replace(person, behaviour=random_clicker), other, rng), number + len(people))
+            clicked = answer_questionnaire(replace(person, behaviour=random_clicker), other, rng)
+            yield from _as_votes(clicked, number + len(people))
 
 
-def _as_votes(sitting: Sitting, number: int) -> Iterator[Vote]:
-    name, questionnaire = sitting.participant.name, sitting.questionnaire
-    answered = Answered(
+def _as_votes(answered: AnsweredQuestionnaire, number: int) -> Iterator[Vote]:
+    name, questionnaire = answered.participant.name, answered.questionnaire
+    received = Answered(
         worker=name,
         assignment=f"{name}-{number}",
         questionnaire=questionnaire.identifier,
-        answers={field: reply.value for field, reply in sitting.replies.items()},
-        seconds={field: reply.seconds for field, reply in sitting.replies.items() if reply.value},
+        answers={field: response.value for field, response in answered.responses.items()},
+        seconds={field: response.seconds for field, response in answered.responses.items() if response.value},
         total_seconds=None,
         submitted=f"{number:06d}",
         source="simulated",
         where="trial",
     )
-    return (vote for vote in votes_of(answered, questionnaire) if isinstance(vote, Vote))
+    return (vote for vote in votes_of(received, questionnaire) if isinstance(vote, Vote))
 
 
-def _outcome(world: World, votes: pd.DataFrame, kinds: Mapping[str, str]) -> Trial:
+def _outcome(study: SimulatedStudy, votes: pd.DataFrame, kinds: Mapping[str, str]) -> Trial:
     def kind_of(worker: str) -> str:
         return kinds.get(worker, "copy by a second account")
 
@@ -207,19 +208,19 @@ def _outcome(world: World, votes: pd.DataFrame, kinds: Mapping[str, str]) -> Tri
     in_earnest = votes[votes["worker"].map(kind_of).isin(HONEST)]
     earnest = {worker: person for worker, person in everybody.items() if kind_of(worker) in HONEST}
     judged = [
-        _judge("only those who look", world, in_earnest, Rules(unreliable_too=True), earnest, kind_of),
-        _judge("all votes, majority", world, votes, Rules(unreliable_too=True), everybody, kind_of),
-        _judge("the paper's rule", world, votes, Rules(), usual, kind_of),
-        _judge("the paper's rule, strict", world, votes, Rules(strict=True), strict, kind_of),
-        _judge("one coin, all votes", world, votes, Rules(method="one-coin", unreliable_too=True), everybody, kind_of),
-        _judge("one coin after sentinels", world, votes, Rules(method="one-coin"), usual, kind_of),
+        _judge("only those who look", study, in_earnest, Rules(unreliable_too=True), earnest, kind_of),
+        _judge("all votes, majority", study, votes, Rules(unreliable_too=True), everybody, kind_of),
+        _judge("the paper's rule", study, votes, Rules(), usual, kind_of),
+        _judge("the paper's rule, strict", study, votes, Rules(strict=True), strict, kind_of),
+        _judge("one coin, all votes", study, votes, Rules(method="one-coin", unreliable_too=True), everybody, kind_of),
+        _judge("one coin after sentinels", study, votes, Rules(method="one-coin"), usual, kind_of),
     ]
-    return Trial(len(world.items), len(usual), results, judged)
+    return Trial(len(study.items), len(usual), results, judged)
 
 
 def _judge(
     name: str,
-    world: World,
+    study: SimulatedStudy,
     votes: pd.DataFrame,
     rules: Rules,
     people: Mapping[str, Assessed],
@@ -227,12 +228,12 @@ def _judge(
 ) -> RuleResult:
     found = aggregate(votes, rules)
     accepted = [verdict for verdict in found.verdicts if verdict.best is not None]
-    ranks = [world.rank(verdict.item, verdict.best) for verdict in accepted if verdict.best is not None]
+    ranks = [study.rank(verdict.item, verdict.best) for verdict in accepted if verdict.best is not None]
     full = [verdict for verdict in found.verdicts if verdict.total >= Scheme().votes]
     count = max(1, len(accepted))
     return RuleResult(
         rule=name,
-        kept=len(accepted) / len(world.items),
+        kept=len(accepted) / len(study.items),
         kept_of_full=sum(verdict.best is not None for verdict in full) / max(1, len(full)),
         right=ranks.count(0) / count,
         pairs_right=1 - sum(ranks) / ((DRAWINGS - 1) * count),

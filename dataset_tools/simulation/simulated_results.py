@@ -26,7 +26,7 @@ EPOCH = datetime(2026, 1, 5, 9, 0, 0, tzinfo=UTC)
 
 
 @dataclass(frozen=True)
-class Reply:
+class Response:
     """What a participant answers to one question, and how long it takes."""
 
     value: str
@@ -34,20 +34,20 @@ class Reply:
 
 
 @dataclass(frozen=True)
-class Sent:
+class Submission:
     """A questionnaire as a simulated participant sends it.
 
     Attributes:
         worker: The participant's name, which says that it is simulated.
         kind: What kind of participant it is.
         questionnaire: Which questionnaire.
-        replies: Field -> reply.
+        responses: Field -> response.
     """
 
     worker: str
     kind: str
     questionnaire: str
-    replies: Mapping[str, Reply]
+    responses: Mapping[str, Response]
 
 
 def crowd_name(seed: int, questionnaires: Iterable[str]) -> str:
@@ -55,7 +55,7 @@ def crowd_name(seed: int, questionnaires: Iterable[str]) -> str:
     return f"simulated-{blake2b(f'{seed} {list(questionnaires)}'.encode(), digest_size=2).hexdigest()}"
 
 
-def write_results(path: Path, sent: Iterable[Sent], fields: Iterable[str]) -> Counter[str]:
+def write_results(path: Path, submissions: Iterable[Submission], fields: Iterable[str]) -> Counter[str]:
     """Write a results file in Mechanical Turk's format, every row of it marked as simulated.
 
     Returns:
@@ -67,29 +67,31 @@ def write_results(path: Path, sent: Iterable[Sent], fields: Iterable[str]) -> Co
         header = [*MTURK_COLUMNS, "Input.questionnaire", *answers, "Approve", "Reject"]
         writer = csv.DictWriter(file, header, restval="", lineterminator="\n")
         writer.writeheader()
-        for number, one in enumerate(sent, 1):
+        for number, one in enumerate(submissions, 1):
             kinds[one.kind] += 1
             writer.writerow(_result(number, one))
     return kinds
 
 
-def _result(number: int, sent: Sent) -> dict[str, str]:
-    total = sum(reply.seconds for reply in sent.replies.values())
+def _result(number: int, submission: Submission) -> dict[str, str]:
+    total = sum(response.seconds for response in submission.responses.values())
     begin = EPOCH + timedelta(minutes=3 * number)
     return {
-        "HITId": f"simulated-{sent.questionnaire}",
+        "HITId": f"simulated-{submission.questionnaire}",
         "Title": "Answered by simulated participants",
         "RequesterAnnotation": SIMULATED,
         "MaxAssignments": "1",
-        "AssignmentId": f"{sent.worker}-{sent.questionnaire}",
-        "WorkerId": sent.worker,
+        "AssignmentId": f"{submission.worker}-{submission.questionnaire}",
+        "WorkerId": submission.worker,
         "AssignmentStatus": "Submitted",
         "AcceptTime": _clock(begin),
         "SubmitTime": _clock(begin + timedelta(seconds=total)),
         "WorkTimeInSeconds": str(round(total)),
-        "Input.questionnaire": sent.questionnaire,
-        **{f"Answer.{field}": reply.value for field, reply in sent.replies.items()},
-        "Answer.seconds": json.dumps({field: round(reply.seconds, 1) for field, reply in sent.replies.items()}),
+        "Input.questionnaire": submission.questionnaire,
+        **{f"Answer.{field}": response.value for field, response in submission.responses.items()},
+        "Answer.seconds": json.dumps(
+            {field: round(response.seconds, 1) for field, response in submission.responses.items()}
+        ),
     }
 
 

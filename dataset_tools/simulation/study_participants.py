@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from dataset_tools.simulation.simulated_results import Reply, Sent, crowd_name, write_results
+from dataset_tools.simulation.simulated_results import Response, Submission, crowd_name, write_results
 from dataset_tools.study.design import PairQuestion, Preference, StudyKey
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError
 
 GOOD = -1.0
 """A drawing whose appeal (normal, mean 0, deviation 1) is below isn't found good."""
@@ -38,9 +38,9 @@ class StudyCrowd:
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.random_clickers <= 1.0:
-            raise UsageError(f"--random-clickers is {self.random_clickers}, expected a share in 0..1")
+            raise ArgumentError("random_clickers", str(self.random_clickers), "a share in 0..1")
         if self.noise < 0:
-            raise UsageError(f"--noise is {self.noise}, expected a number >= 0")
+            raise ArgumentError("noise", str(self.noise), "a number >= 0")
 
 
 def simulate_study(
@@ -61,14 +61,14 @@ def simulate_study(
         InputError: The batch's key can't be read.
     """
     if participants is not None and participants < 1:
-        raise UsageError(f"--participants is {participants}, expected 1 or more")
+        raise ArgumentError("participants", str(participants), "1 or more")
     key = StudyKey.load(batch_dir)
     fields = sorted({question.field for questions in key.questionnaires.values() for question in questions})
     kinds = write_results(out, _answered(key, crowd, participants, seed), fields)
     return {"simulated_participants": kinds.total(), **kinds, "questionnaires": len(key.questionnaires)}
 
 
-def _answered(key: StudyKey, crowd: StudyCrowd, participants: int | None, seed: int) -> Iterator[Sent]:
+def _answered(key: StudyKey, crowd: StudyCrowd, participants: int | None, seed: int) -> Iterator[Submission]:
     """The questionnaires as they come back; one that isn't answered reliably is posted again."""
     appeal = _Appeal(seed)
     waiting, name = deque(key.questionnaires), crowd_name(seed, key.questionnaires)
@@ -79,10 +79,10 @@ def _answered(key: StudyKey, crowd: StudyCrowd, participants: int | None, seed: 
         identifier, rng = waiting.popleft(), np.random.default_rng([seed, 1, number])
         questions = key.questionnaires[identifier]
         clicks = bool(rng.random() < crowd.random_clickers)
-        replies = {one.field: _click(one, rng) if clicks else _look(one, appeal, crowd, rng) for one in questions}
-        if participants or _inconsistent(questions, replies) > key.scheme.most_inconsistent:
+        responses = {one.field: _click(one, rng) if clicks else _look(one, appeal, crowd, rng) for one in questions}
+        if participants or _inconsistent(questions, responses) > key.scheme.most_inconsistent:
             waiting.append(identifier)
-        yield Sent(f"{name}-{number + 1:04d}", "random clicker" if clicks else "attentive", identifier, replies)
+        yield Submission(f"{name}-{number + 1:04d}", "random clicker" if clicks else "attentive", identifier, responses)
 
 
 class _Appeal:
@@ -95,7 +95,7 @@ class _Appeal:
         return float(np.random.default_rng([self._seed, 2, *f"{method}/{case}".encode()]).normal())
 
 
-def _look(question: PairQuestion, appeal: _Appeal, crowd: StudyCrowd, rng: np.random.Generator) -> Reply:
+def _look(question: PairQuestion, appeal: _Appeal, crowd: StudyCrowd, rng: np.random.Generator) -> Response:
     case, rival = question.comparison.case, question.comparison.rival
     # A rival's name always has characters, so "" is nobody's.
     ours, theirs = (appeal(case, method) + crowd.noise * rng.normal() for method in ("", rival))
@@ -106,18 +106,18 @@ def _look(question: PairQuestion, appeal: _Appeal, crowd: StudyCrowd, rng: np.ra
     else:
         meaning = Preference.OURS if ours > theirs else Preference.RIVAL
     value = next(value for value, one in question.answers.items() if one is meaning)
-    return Reply(value, crowd.seconds * float(np.exp(rng.normal(0, 0.5))))
+    return Response(value, crowd.seconds * float(np.exp(rng.normal(0, 0.5))))
 
 
-def _click(question: PairQuestion, rng: np.random.Generator) -> Reply:
+def _click(question: PairQuestion, rng: np.random.Generator) -> Response:
     values = list(question.answers)
-    return Reply(values[rng.integers(len(values))], float(rng.uniform(0.5, 3.0)))
+    return Response(values[rng.integers(len(values))], float(rng.uniform(0.5, 3.0)))
 
 
-def _inconsistent(questions: Sequence[PairQuestion], replies: Mapping[str, Reply]) -> int:
+def _inconsistent(questions: Sequence[PairQuestion], responses: Mapping[str, Response]) -> int:
     """Comparisons that were answered differently the second time."""
     first, second = (
-        {one.comparison: one.answers[replies[one.field].value] for one in questions if one.flipped is flipped}
+        {one.comparison: one.answers[responses[one.field].value] for one in questions if one.flipped is flipped}
         for flipped in (False, True)
     )
     return sum(second[comparison] is not meaning for comparison, meaning in first.items())

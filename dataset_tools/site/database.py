@@ -60,8 +60,8 @@ class Refusal(StrEnum):
 
 
 @dataclass(frozen=True)
-class Entry:
-    """A participant as the database knows it."""
+class Assignment:
+    """A questionnaire that a participant was given, and how far they are."""
 
     id: str
     worker: str
@@ -131,10 +131,10 @@ class SiteStore:
         secret, now = secrets.token_urlsafe(32), self._clock()
         with self._change() as db:
             self._release(db, now)
-            known = _entry(db, "state <> 'abandoned' AND worker = ?", worker)
+            known = _assignment(db, "state <> 'abandoned' AND worker = ?", worker)
             if known is not None:
-                return self._again(db, known, secret)
-            questionnaire = self._free(db)
+                return self._resume(db, known, secret)
+            questionnaire = self._next_questionnaire(db)
             if questionnaire is None:
                 return Refusal.FULL
             db.execute(
@@ -144,31 +144,33 @@ class SiteStore:
             )
         return secret
 
-    def _again(self, db: sqlite3.Connection, entry: Entry, secret: str) -> str | Refusal:
+    def _resume(self, db: sqlite3.Connection, assignment: Assignment, secret: str) -> str | Refusal:
         """Somebody who has begun begins again: goes on with a new secret as long as there is no answer to protect."""
-        if entry.state is State.FINISHED:
+        if assignment.state is State.FINISHED:
             return Refusal.DONE
-        if db.execute("SELECT 1 FROM answers WHERE participant = ?", (entry.id,)).fetchone():
+        if db.execute("SELECT 1 FROM answers WHERE participant = ?", (assignment.id,)).fetchone():
             return Refusal.ELSEWHERE
-        db.execute("UPDATE participants SET token = ?, seen = ? WHERE id = ?", (_hash(secret), self._clock(), entry.id))
+        db.execute(
+            "UPDATE participants SET token = ?, seen = ? WHERE id = ?", (_hash(secret), self._clock(), assignment.id)
+        )
         return secret
 
-    def find(self, secret: str) -> Entry | None:
+    def find(self, secret: str) -> Assignment | None:
         """Whose session this is; who was away too long gets the questionnaire back if it is still free."""
         now = self._clock()
         with self._lock:
-            entry = _entry(self._db, "token = ?", _hash(secret))
-        recent = entry is not None and now - entry.seen < NOTE_AFTER * self._policy.abandoned_after
-        if entry is None or entry.state is State.FINISHED or (entry.state is State.ACTIVE and recent):
-            return entry
+            assignment = _assignment(self._db, "token = ?", _hash(secret))
+        recent = assignment is not None and now - assignment.seen < NOTE_AFTER * self._policy.abandoned_after
+        if assignment is None or assignment.state is State.FINISHED or (assignment.state is State.ACTIVE and recent):
+            return assignment
         with self._change() as db:
-            entry = _entry(db, "id = ?", entry.id)
-            if entry is None or entry.state is State.FINISHED:
-                return entry
-            if entry.state is State.ABANDONED and not self._may_return(db, entry):
-                return entry
-            db.execute("UPDATE participants SET state = 'active', seen = ? WHERE id = ?", (now, entry.id))
-            return _entry(db, "id = ?", entry.id)
+            assignment = _assignment(db, "id = ?", assignment.id)
+            if assignment is None or assignment.state is State.FINISHED:
+                return assignment
+            if assignment.state is State.ABANDONED and not self._may_return(db, assignment):
+                return assignment
+            db.execute("UPDATE participants SET state = 'active', seen = ? WHERE id = ?", (now, assignment.id))
+            return _assignment(db, "id = ?", assignment.id)
 
     def save(self, participant: str, answers: Mapping[str, tuple[str, float]]) -> bool:
         """Keep answers: field -> (value, seconds); a later one replaces an earlier, but 0 seconds no known time.
@@ -178,8 +180,8 @@ class SiteStore:
         """
         now = self._clock()
         with self._change() as db:
-            entry = _entry(db, "id = ?", participant)
-            if entry is None or entry.state is not State.ACTIVE:
+            assignment = _assignment(db, "id = ?", participant)
+            if assignment is None or assignment.state is not State.ACTIVE:
                 return False
             db.executemany(
                 "INSERT INTO answers VALUES (?, ?, ?, ?, ?) ON CONFLICT DO UPDATE SET "
@@ -215,11 +217,11 @@ class SiteStore:
         with self._lock:
             return _answers(self._db, participant)
 
-    def entries(self) -> list[Entry]:
-        """All participants, in the order they started; those away too long count as gone."""
+    def assignments(self) -> list[Assignment]:
+        """All assignments, in the order they started; those whose participants are away too long count as abandoned."""
         with self._change() as db:
             self._release(db, self._clock())
-            return [_to_entry(row) for row in db.execute(f"{_SELECT} ORDER BY started, id")]
+            return [_to_assignment(row) for row in db.execute(f"{_SELECT} ORDER BY started, id")]
 
     def _release(self, db: sqlite3.Connection, now: float) -> None:
         limit = now - self._policy.abandoned_after
@@ -231,16 +233,16 @@ class SiteStore:
         query = f"SELECT questionnaire, count(*) FROM participants WHERE state <> 'abandoned' {unless} GROUP BY 1"
         return dict(db.execute(query))
 
-    def _free(self, db: sqlite3.Connection) -> str | None:
+    def _next_questionnaire(self, db: sqlite3.Connection) -> str | None:
         """The questionnaire with the fewest participants, if it has a place left."""
         taken = self._taken(db)
         name = min(self._order, key=lambda name: (taken.get(name, 0), self._order[name]), default=None)
         return name if name is not None and taken.get(name, 0) < self._policy.places else None
 
-    def _may_return(self, db: sqlite3.Connection, entry: Entry) -> bool:
+    def _may_return(self, db: sqlite3.Connection, assignment: Assignment) -> bool:
         query = "SELECT 1 FROM participants WHERE worker = ? AND state <> 'abandoned'"
-        began_anew = db.execute(query, (entry.worker,)).fetchone()
-        return not began_anew and self._taken(db).get(entry.questionnaire, 0) < self._policy.places
+        began_anew = db.execute(query, (assignment.worker,)).fetchone()
+        return not began_anew and self._taken(db).get(assignment.questionnaire, 0) < self._policy.places
 
     @contextmanager
     def _change(self) -> Iterator[sqlite3.Connection]:
@@ -269,14 +271,14 @@ def _answers(db: sqlite3.Connection, participant: str) -> dict[str, str]:
     return dict(db.execute("SELECT field, value FROM answers WHERE participant = ?", (participant,)))
 
 
-def _entry(db: sqlite3.Connection, condition: str, value: str) -> Entry | None:
+def _assignment(db: sqlite3.Connection, condition: str, value: str) -> Assignment | None:
     row = db.execute(f"{_SELECT} WHERE {condition}", (value,)).fetchone()
-    return None if row is None else _to_entry(row)
+    return None if row is None else _to_assignment(row)
 
 
-def _to_entry(row: Sequence[object]) -> Entry:
+def _to_assignment(row: Sequence[object]) -> Assignment:
     name, worker, questionnaire, state, started, seen, finished, reliable = row
-    return Entry(
+    return Assignment(
         str(name),
         str(worker),
         str(questionnaire),

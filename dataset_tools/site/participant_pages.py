@@ -21,12 +21,12 @@ from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse, R
 from starlette.routing import Route
 
 from dataset_tools.questionnaires.pages import asset, render
-from dataset_tools.site.database import Entry, Refusal, SiteStore, State
+from dataset_tools.site.database import Assignment, Refusal, SiteStore, State
 from dataset_tools.site.rate_limit import RateLimit
-from dataset_tools.site.security import address, form, headers, see
+from dataset_tools.site.security import address, form, headers, redirect
 from dataset_tools.site.served_batch import SiteBatch
 from dataset_tools.votes.results_csv import parse_seconds, sensible_seconds
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError
 
 SESSION = "nc_session"
 _PARAMETER = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.@-]{0,99}")
@@ -65,9 +65,7 @@ class Settings:
         parts = urlsplit(self.public_url)
         whole = parts.scheme in ("http", "https") and parts.netloc and not parts.path.strip("/") and not parts.query
         if self.public_url and not whole:
-            raise UsageError(
-                f"--public-url is {self.public_url!r}, expected https://HOST: the site wants all of a host"
-            )
+            raise ArgumentError("public_url", repr(self.public_url), "https://HOST: the site wants all of a host")
 
     @property
     def completion_link(self) -> str:
@@ -79,7 +77,7 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Limits:
+class RateLimits:
     """How often a participant or an address may do something: (burst, times a second)."""
 
     answers: tuple[int, float] = (120, 5.0)
@@ -102,7 +100,7 @@ class Site:
     batch: SiteBatch
     store: SiteStore
     settings: Settings = field(default_factory=Settings)
-    limits: Limits = field(default_factory=Limits)
+    limits: RateLimits = field(default_factory=RateLimits)
     clock: Callable[[], float] = time.monotonic
 
     def __post_init__(self) -> None:
@@ -126,10 +124,10 @@ class Site:
 
     async def welcome(self, request: Request) -> Response:
         """The consent page; who has begun goes on where they were, unless the link names somebody else."""
-        entry = await self._entry(request)
+        assignment = await self._assignment(request)
         named = request.query_params.get(self.settings.parameters[0], "")
-        if entry is not None and entry.state is not State.ABANDONED and named in ("", entry.worker):
-            return see("/done" if entry.state is State.FINISHED else "/questions")
+        if assignment is not None and assignment.state is not State.ABANDONED and named in ("", assignment.worker):
+            return redirect("/done" if assignment.state is State.FINISHED else "/questions")
         parameters = self._parameters(request.query_params)
         if parameters is None:
             text = "Please use the link that your recruiting service gave you."
@@ -150,75 +148,77 @@ class Site:
         begun = await run_in_threadpool(self.store.begin, worker, parameters)
         if isinstance(begun, Refusal):
             return self._refused(begun)
-        response = see("/questions")
+        response = redirect("/questions")
         secure = self.settings.public_url.startswith("https:")
         response.set_cookie(SESSION, begun, max_age=14 * 86400, httponly=True, secure=secure, samesite="lax")
         return response
 
     async def questions(self, request: Request) -> Response:
         """The questionnaire, with what was answered so far."""
-        entry = await self._entry(request)
-        if entry is None or entry.state is not State.ACTIVE:
-            return self._closed(request, entry)
-        answers = await run_in_threadpool(self.store.answers, entry.id)
-        return self._questionnaire(request, entry, answers, "")
+        assignment = await self._assignment(request)
+        if assignment is None or assignment.state is not State.ACTIVE:
+            return self._closed(request, assignment)
+        answers = await run_in_threadpool(self.store.answers, assignment.id)
+        return self._questionnaire(request, assignment, answers, "")
 
     def _questionnaire(
-        self, request: Request, entry: Entry, answers: Mapping[str, str], message: str, status: int = 200
+        self, request: Request, assignment: Assignment, answers: Mapping[str, str], message: str, status: int = 200
     ) -> Response:
         page = render(
             "site_questions.html.j2",
-            fragment=self.batch.fragment(entry.questionnaire, answers),
-            secret=_second_secret(request.cookies[SESSION]),
+            fragment=self.batch.fragment(assignment.questionnaire, answers),
+            secret=_csrf_token(request.cookies[SESSION]),
             message=message,
         )
         return HTMLResponse(page, status, headers=self._page_headers)
 
     async def answer(self, request: Request) -> Response:
         """Keep one answer; the reply comes when it is on disk."""
-        entry = await self._entry(request)
-        if entry is None or not _knows(request, request.headers.get("x-nc-secret", "")):
+        assignment = await self._assignment(request)
+        if assignment is None or not _has_csrf_token(request, request.headers.get("x-nc-secret", "")):
             return JSONResponse({"error": "no session"}, 403, headers=headers())
-        if not self._answers.allows(entry.id):
+        if not self._answers.allows(assignment.id):
             return JSONResponse({"error": "too fast"}, 429, headers={**headers(), "Retry-After": "2"})
         try:
             record = json.loads(await request.body())
             name, value = str(record["field"]), str(record["value"])
         except (ValueError, KeyError, TypeError, RecursionError):
             return JSONResponse({"error": "not an answer"}, 400, headers=headers())
-        if not self.batch.accepts(entry.questionnaire, name, value):
+        if not self.batch.accepts(assignment.questionnaire, name, value):
             return JSONResponse({"error": "not an answer to this questionnaire"}, 400, headers=headers())
         spent = sensible_seconds({name: record.get("seconds")}).get(name, 0.0)
-        kept = await run_in_threadpool(self.store.save, entry.id, {name: (value, spent)})
+        kept = await run_in_threadpool(self.store.save, assignment.id, {name: (value, spent)})
         return JSONResponse({"saved": kept}, 200 if kept else 409, headers=headers())
 
     async def finish(self, request: Request) -> Response:
         """Keep all answers and close the questionnaire, if every question has one."""
-        entry = await self._entry(request)
+        assignment = await self._assignment(request)
         given = await form(request)
-        if entry is None or entry.state is not State.ACTIVE:
-            return self._closed(request, entry)
-        if not _knows(request, given.get("nc_secret", "")):
+        if assignment is None or assignment.state is not State.ACTIVE:
+            return self._closed(request, assignment)
+        if not _has_csrf_token(request, given.get("nc_secret", "")):
             return self._message("This form is out of date", "Please open the questions and send them again.", 403)
         spent = parse_seconds(given.get("seconds", ""))
         sent = {
             name: (given[name], spent.get(name, 0.0))
-            for name in self.batch.questions[entry.questionnaire]
-            if self.batch.accepts(entry.questionnaire, name, given.get(name, ""))
+            for name in self.batch.questions[assignment.questionnaire]
+            if self.batch.accepts(assignment.questionnaire, name, given.get(name, ""))
         }
-        await run_in_threadpool(self.store.save, entry.id, sent)
-        if await run_in_threadpool(self.store.finish, entry.id, partial(self.batch.judge, entry.questionnaire)):
-            return see("/done")
-        answers = await run_in_threadpool(self.store.answers, entry.id)
-        left = len(self.batch.questions[entry.questionnaire]) - len(answers)
+        await run_in_threadpool(self.store.save, assignment.id, sent)
+        if await run_in_threadpool(
+            self.store.finish, assignment.id, partial(self.batch.judge, assignment.questionnaire)
+        ):
+            return redirect("/done")
+        answers = await run_in_threadpool(self.store.answers, assignment.id)
+        left = len(self.batch.questions[assignment.questionnaire]) - len(answers)
         message = f"{left} question{'s' if left > 1 else ''} still need{'' if left > 1 else 's'} an answer."
-        return self._questionnaire(request, entry, answers, message, 422)
+        return self._questionnaire(request, assignment, answers, message, 422)
 
     async def done(self, request: Request) -> Response:
         """Thanks, and the completion code."""
-        entry = await self._entry(request)
-        if entry is None or entry.state is not State.FINISHED:
-            return self._closed(request, entry)
+        assignment = await self._assignment(request)
+        if assignment is None or assignment.state is not State.FINISHED:
+            return self._closed(request, assignment)
         return HTMLResponse(render("site_done.html.j2", settings=self.settings), headers=headers())
 
     async def picture(self, request: Request) -> Response:
@@ -243,7 +243,7 @@ class Site:
         """For a proxy that asks whether the site lives."""
         return PlainTextResponse("ok", headers=headers())
 
-    async def _entry(self, request: Request) -> Entry | None:
+    async def _assignment(self, request: Request) -> Assignment | None:
         secret = request.cookies.get(SESSION, "")
         return await run_in_threadpool(self.store.find, secret) if secret else None
 
@@ -253,12 +253,12 @@ class Site:
         found = {name: given[name] for name in names if _PARAMETER.fullmatch(given.get(name, ""))}
         return found if self.settings.open_to_all or names[0] in found else None
 
-    def _closed(self, request: Request, entry: Entry | None) -> Response:
-        if entry is not None and entry.state is State.FINISHED:
-            return see("/done")
-        if entry is not None and entry.state is State.ACTIVE:
-            return see("/questions")
-        if entry is not None:
+    def _closed(self, request: Request, assignment: Assignment | None) -> Response:
+        if assignment is not None and assignment.state is State.FINISHED:
+            return redirect("/done")
+        if assignment is not None and assignment.state is State.ACTIVE:
+            return redirect("/questions")
+        if assignment is not None:
             text = "You were away for long, and your questions were given to somebody else."
             return self._message("Your time is over", text, 410)
         return self._message("We don't know you here", "Please start with the link that you were given.", 403)
@@ -276,10 +276,10 @@ class Site:
         return HTMLResponse(page, status, headers=headers())
 
 
-def _second_secret(secret: str) -> str:
+def _csrf_token(secret: str) -> str:
     """What pages send along with changes; another site can neither read it nor work it out."""
     return hmac.new(secret.encode(), b"change", hashlib.sha256).hexdigest()
 
 
-def _knows(request: Request, given: str) -> bool:
-    return hmac.compare_digest(given.encode(), _second_secret(request.cookies.get(SESSION, "")).encode())
+def _has_csrf_token(request: Request, given: str) -> bool:
+    return hmac.compare_digest(given.encode(), _csrf_token(request.cookies.get(SESSION, "")).encode())

@@ -15,9 +15,9 @@ from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingR
 from starlette.routing import Route
 
 from dataset_tools.questionnaires.pages import render
-from dataset_tools.site.database import Entry, SiteStore, State
+from dataset_tools.site.database import Assignment, SiteStore, State
 from dataset_tools.site.rate_limit import RateLimit
-from dataset_tools.site.security import address, form, headers, see
+from dataset_tools.site.security import address, form, headers, redirect
 from dataset_tools.votes.results_sqlite import results_csv
 
 COOKIE = "nc_admin"
@@ -26,7 +26,7 @@ FAST_SECONDS = 2.0
 
 
 @dataclass(frozen=True)
-class Status:
+class StudyStatus:
     """How far a study is."""
 
     questionnaires: int
@@ -39,37 +39,37 @@ class Status:
     flags: Sequence[tuple[str, str]]
 
 
-def status(entries: Sequence[Entry], subjects: Mapping[str, Sequence[str]], places: int) -> Status:
+def status(assignments: Sequence[Assignment], items_of: Mapping[str, Sequence[str]], places: int) -> StudyStatus:
     """Count participants and votes.
 
     Args:
-        entries: All participants.
-        subjects: Questionnaire -> names of what it asks about, sentinels excluded.
+        assignments: All of the site.
+        items_of: Questionnaire -> names of what it asks about, sentinels excluded.
         places: Participants wanted for each questionnaire.
     """
-    states = Counter(entry.state for entry in entries)
-    votes: Counter[str] = Counter({name: 0 for names in subjects.values() for name in names})
-    for entry in entries:
-        if entry.state is State.FINISHED and entry.reliable:
-            votes.update(subjects[entry.questionnaire])
-    return Status(
-        questionnaires=len(subjects),
-        wanted=places * len(subjects),
+    states = Counter(assignment.state for assignment in assignments)
+    votes: Counter[str] = Counter({name: 0 for names in items_of.values() for name in names})
+    for assignment in assignments:
+        if assignment.state is State.FINISHED and assignment.reliable:
+            votes.update(items_of[assignment.questionnaire])
+    return StudyStatus(
+        questionnaires=len(items_of),
+        wanted=places * len(items_of),
         active=states[State.ACTIVE],
         finished=states[State.FINISHED],
         abandoned=states[State.ABANDONED],
-        unreliable=sum(entry.reliable is False for entry in entries),
+        unreliable=sum(assignment.reliable is False for assignment in assignments),
         items=sorted(votes.items(), key=lambda pair: (pair[1], pair[0])),
-        flags=[(entry.worker, flag) for entry in entries for flag in _flags(entry, subjects)],
+        flags=[(assignment.worker, flag) for assignment in assignments for flag in _flags(assignment, items_of)],
     )
 
 
-def _flags(entry: Entry, subjects: Mapping[str, Sequence[str]]) -> list[str]:
-    if entry.finished is None:
+def _flags(assignment: Assignment, items_of: Mapping[str, Sequence[str]]) -> list[str]:
+    if assignment.finished is None:
         return []
-    flags = ["failed a sentinel"] if entry.reliable is False else []
-    if entry.finished - entry.started < FAST_SECONDS * len(subjects[entry.questionnaire]):
-        flags.append(f"took {entry.finished - entry.started:.0f} s")
+    flags = ["failed a sentinel"] if assignment.reliable is False else []
+    if assignment.finished - assignment.started < FAST_SECONDS * len(items_of[assignment.questionnaire]):
+        flags.append(f"took {assignment.finished - assignment.started:.0f} s")
     return flags
 
 
@@ -79,7 +79,7 @@ class Admin:
     Args:
         store: What was answered.
         database: The store's file.
-        subjects: Questionnaire -> names of what it asks about.
+        items_of: Questionnaire -> names of what it asks about.
         token: Who knows it is the requester.
         places: Participants wanted for each questionnaire.
         logins: How often somebody may try: (burst, times a second).
@@ -91,14 +91,14 @@ class Admin:
         self,
         store: SiteStore,
         database: Path,
-        subjects: Mapping[str, Sequence[str]],
+        items_of: Mapping[str, Sequence[str]],
         token: str,
         places: int,
         logins: tuple[int, float] = (5, 0.05),
         secure: bool = False,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._store, self._database, self._subjects, self._places = store, database, subjects, places
+        self._store, self._database, self._items_of, self._places = store, database, items_of, places
         self._token, self._secure = token, secure
         self._logins = RateLimit(*logins, clock)
 
@@ -126,9 +126,15 @@ class Admin:
         given = (await form(request)).get("token", "").strip()
         if not hmac.compare_digest(given.encode(), self._token.encode()):
             return HTMLResponse(render("site_login.html.j2", message="That isn't the token."), 401, headers())
-        response = see("/admin")
+        response = redirect("/admin")
         response.set_cookie(
-            COOKIE, self._badge(), max_age=86400, path="/admin", httponly=True, secure=self._secure, samesite="strict"
+            COOKIE,
+            self._login_proof(),
+            max_age=86400,
+            path="/admin",
+            httponly=True,
+            secure=self._secure,
+            samesite="strict",
         )
         return response
 
@@ -147,9 +153,9 @@ class Admin:
         name = {"Content-Disposition": 'attachment; filename="results.csv"'}
         return StreamingResponse(results_csv(self._database), media_type="text/csv", headers={**headers(), **name})
 
-    async def _status(self) -> Status:
-        entries = await run_in_threadpool(self._store.entries)
-        return status(entries, self._subjects, self._places)
+    async def _status(self) -> StudyStatus:
+        assignments = await run_in_threadpool(self._store.assignments)
+        return status(assignments, self._items_of, self._places)
 
     def _refusal(self, request: Request) -> int:
         """The status of the refusal of somebody who isn't the requester, 0 for the requester.
@@ -157,7 +163,7 @@ class Admin:
         The cookie can't be guessed. Wrong tokens count as tries to log in, and after too many of them no token is
         looked at.
         """
-        if hmac.compare_digest(request.cookies.get(COOKIE, "").encode(), self._badge().encode()):
+        if hmac.compare_digest(request.cookies.get(COOKIE, "").encode(), self._login_proof().encode()):
             return 0
         scheme, _, bearer = request.headers.get("authorization", "").partition(" ")
         if scheme.lower() != "bearer":
@@ -169,7 +175,7 @@ class Admin:
         self._logins.allows(address(request))
         return 401
 
-    def _badge(self) -> str:
+    def _login_proof(self) -> str:
         """What the cookie holds: proof of the token, not the token."""
         return hmac.new(self._token.encode(), b"admin", hashlib.sha256).hexdigest()
 
@@ -179,5 +185,5 @@ def _refused(status: int) -> Response:
     return JSONResponse({"error": text}, status, headers=headers())
 
 
-def _plain(now: Status) -> dict[str, Any]:
+def _plain(now: StudyStatus) -> dict[str, Any]:
     return {**asdict(now), "items": dict(now.items), "flags": [list(flag) for flag in now.flags]}

@@ -111,7 +111,7 @@ async def form(request: Request) -> dict[str, str]:
         return {}
 
 
-def see(where: str) -> RedirectResponse:
+def redirect(where: str) -> RedirectResponse:
     """Go on at another page of the site."""
     return RedirectResponse(where, 303, headers=headers())
 

@@ -26,7 +26,7 @@ _INPUT = re.compile(r'name="?(q\d+)"? value="([^"]*)"')
 
 
 @dataclass(frozen=True)
-class Asked:
+class AcceptedAnswers:
     """What the site knows of a question: which answers it takes, and for a sentinel which one is right."""
 
     values: frozenset[str]
@@ -52,7 +52,7 @@ class SiteBatch:
             raise InputError(error.filename, f"can't be read ({error.strerror})", "the pictures of a batch") from error
         record = read_key(batch_dir)["questionnaires"]
         try:
-            self.questions = {name: _asked(entry["questions"]) for name, entry in record.items()}
+            self.questions = {name: _accepted_answers(entry["questions"]) for name, entry in record.items()}
         except (KeyError, TypeError, AttributeError) as error:
             found = f"not the key of a batch ({type(error).__name__}: {error})"
             raise InputError(batch_dir / KEY_NAME, found, "a key that `ncontours crowd build` wrote") from error
@@ -97,14 +97,14 @@ class SiteBatch:
         return [f"'sha256-{b64encode(sha256(block.encode()).digest()).decode()}'" for block in blocks]
 
 
-def _asked(records: list[dict[str, object]]) -> dict[str, Asked]:
+def _accepted_answers(records: list[dict[str, object]]) -> dict[str, AcceptedAnswers]:
     questions = {}
     for record in records:
         options, words, correct = record.get("options", {}), record.get("words", [NONE]), record.get("correct")
         if not isinstance(options, dict) or not isinstance(words, list):
             raise TypeError(f"question {record.get('field')} has options {options!r}")
         right = None if correct is None else str(correct)
-        questions[str(record["field"])] = Asked(frozenset([*options, *words]), right)
+        questions[str(record["field"])] = AcceptedAnswers(frozenset([*options, *words]), right)
     return questions
 
 

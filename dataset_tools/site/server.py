@@ -14,11 +14,11 @@ from starlette.middleware import Middleware
 
 from dataset_tools.questionnaires.questionnaire import KEY_NAME, read_key
 from dataset_tools.site.database import Policy, SiteStore
-from dataset_tools.site.participant_pages import Limits, Settings, Site
+from dataset_tools.site.participant_pages import RateLimits, Settings, Site
 from dataset_tools.site.requester_pages import Admin
 from dataset_tools.site.security import Guard
 from dataset_tools.site.served_batch import SiteBatch
-from ncmodel.errors import InputError, UsageError
+from ncmodel.errors import ArgumentError, InputError, UsageError
 
 LOOPBACK = ("127.0.0.1", "::1", "localhost")
 
@@ -39,25 +39,25 @@ class SiteFiles:
 
 
 def make_app(
-    files: SiteFiles, settings: Settings, policy: Policy, limits: Limits | None = None
+    files: SiteFiles, settings: Settings, policy: Policy, limits: RateLimits | None = None
 ) -> tuple[Starlette, SiteStore]:
     """The site as an ASGI application, and its store, which the caller closes.
 
     Raises:
         InputError: The batch or the database can't be used.
     """
-    limits = limits or Limits()
+    limits = limits or RateLimits()
     batch = SiteBatch(files.batch_dir)
     store = SiteStore(files.database, batch.identifiers, policy, time.time)
     site = Site(batch, store, settings, limits)
     secure = settings.public_url.startswith("https:")
     token = read_token(files.token)
-    admin = Admin(store, files.database, _subjects(files.batch_dir), token, policy.places, limits.logins, secure)
+    admin = Admin(store, files.database, _items_of(files.batch_dir), token, policy.places, limits.logins, secure)
     guard = Middleware(Guard, public_url=settings.public_url)
     return Starlette(routes=[*site.routes(), *admin.routes()], middleware=[guard]), store
 
 
-def _subjects(batch_dir: Path) -> dict[str, list[str]]:
+def _items_of(batch_dir: Path) -> dict[str, list[str]]:
     """Questionnaire -> what it asks about, sentinels excluded."""
     listed: Mapping[str, Mapping[str, Sequence[Mapping[str, object]]]] = read_key(batch_dir)["questionnaires"]
     return {
@@ -158,20 +158,20 @@ def _listening(host: str, port: int) -> socket.socket:
     try:
         return socket.create_server((host, port), family=family, backlog=2048)
     except OSError as error:
-        raise UsageError(
-            f"--port: {host}:{port} can't be listened on ({error.strerror}), expected a free one"
-        ) from error
+        found = f"{host}:{port}, which can't be listened on ({error.strerror})"
+        raise ArgumentError("port", found, "a free one") from error
 
 
-def site_parameters(text: str) -> tuple[str, ...]:
+def site_parameters(parameters: str) -> tuple[str, ...]:
     """Names of recruiting parameters from a comma-separated list.
 
     Raises:
         UsageError: There is none, or one can't stand in a link.
     """
-    names = tuple(name.strip() for name in text.split(",") if name.strip())
+    names = tuple(name.strip() for name in parameters.split(",") if name.strip())
     if not names or not all(re.fullmatch(r"\w{1,60}", name) for name in names):
-        raise UsageError(f"--parameters: found {text!r}, expected names of letters, digits and _, separated by commas")
+        expected = "names of letters, digits and _, separated by commas"
+        raise ArgumentError("parameters", repr(parameters), expected)
     return names
 
 
@@ -199,7 +199,7 @@ def _addresses(host: str, port: int, settings: Settings, files: SiteFiles) -> Ad
         reach = "only this machine can reach it" if host in LOOPBACK else "WITHOUT TLS: answers can be read on the way"
         notes.append(
             f"{reach}; to open it to others put a proxy with TLS (caddy, nginx) before this address on loopback and "
-            "start again with --public-url https://YOUR.HOST"
+            "start again with the public URL https://YOUR.HOST"
         )
     key = files.batch_dir / KEY_NAME
     if key.stat().st_mode & 0o077:

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from dataset_tools.questionnaires.batch_folder import BatchWriter, Look, Sheet, Shown
-from dataset_tools.questionnaires.counterbalancing import deal
+from dataset_tools.questionnaires.batch_folder import BatchWriter, Look, QuestionnaireStimuli, QuestionStimuli
+from dataset_tools.questionnaires.counterbalancing import assign_items
 from dataset_tools.questionnaires.pages import pair_template
 from dataset_tools.questionnaires.questionnaire import KEY_NAME, NONE, Tokens, field_name, read_key
 from dataset_tools.study.stimuli import Comparison, StudyFolders
 from ncmodel.data.item import Item
-from ncmodel.errors import InputError, UsageError
+from ncmodel.errors import ArgumentError, InputError
 
 BOTH = "both"
 """The answer "both drawings convey the shape equally well"."""
@@ -52,7 +52,7 @@ class StudyScheme:
     def __post_init__(self) -> None:
         for name, least in (("pairs", 1), ("answers", 1), ("most_inconsistent", 0), ("seed", 0)):
             if getattr(self, name) < least:
-                raise UsageError(f"--{name.replace('_', '-')} is {getattr(self, name)}, expected {least} or more")
+                raise ArgumentError(name, str(getattr(self, name)), f"{least} or more")
 
 
 @dataclass(frozen=True)
@@ -195,32 +195,32 @@ def build_study(
     tokens = Tokens(scheme.seed, folders.fingerprint(wanted))
     rng = np.random.default_rng([scheme.seed, int(tokens("order"), 16)])
     items = {Item(one.case, one.rival): wanted.get(one, 0) for one in comparisons}
-    questionnaires, sheets = {}, []
-    for number, hand in enumerate(deal(items, scheme.pairs, rng, others=items)):
+    questionnaires, stimuli = {}, []
+    for number, block in enumerate(assign_items(items, scheme.pairs, rng, others=items)):
         name = tokens("questionnaire", number)
-        questions = _plan([Comparison(item.shape, item.view) for item in hand], name, tokens, rng)
+        questions = _plan([Comparison(item.shape, item.view) for item in block], name, tokens, rng)
         questionnaires[name] = questions
-        sheets.append(Sheet(name, tuple(_shown(question, folders) for question in questions)))
+        stimuli.append(QuestionnaireStimuli(name, tuple(_shown(question, folders) for question in questions)))
     key = StudyKey(questionnaires, ours, scheme, folders.seen_from(batch_dir))
-    notes = BatchWriter(tokens, look, pair_template).write(batch_dir, sheets, key.record())
+    notes = BatchWriter(tokens, look, pair_template).write(batch_dir, stimuli, key.record())
     same = sum(folders.are_same(comparison) for comparison in comparisons)
     if same:
         notes.append(f"{same} of {len(comparisons)} comparisons show the same picture twice: only chance decides them")
     if key.fewest_pairs <= scheme.most_inconsistent:
         notes.append(
-            f"{key.fewest_pairs} comparisons in a questionnaire: with --most-inconsistent {scheme.most_inconsistent} "
-            "nobody is unreliable, whatever they answer"
+            f"{key.fewest_pairs} comparisons in a questionnaire, and {scheme.most_inconsistent} inconsistent answers "
+            "are let pass: nobody is unreliable, whatever they answer"
         )
     return key, notes
 
 
-def _plan(hand: Sequence[Comparison], name: str, tokens: Tokens, rng: np.random.Generator) -> list[PairQuestion]:
+def _plan(block: Sequence[Comparison], name: str, tokens: Tokens, rng: np.random.Generator) -> list[PairQuestion]:
     """The pairs in random order with random sides, then all again with sides swapped in another order."""
-    left = {comparison: bool(rng.integers(2)) for comparison in hand}
-    order = [hand[i] for i in rng.permutation(len(hand))] + [hand[i] for i in rng.permutation(len(hand))]
+    left = {comparison: bool(rng.integers(2)) for comparison in block}
+    order = [block[i] for i in rng.permutation(len(block))] + [block[i] for i in rng.permutation(len(block))]
     questions = []
     for place, comparison in enumerate(order, 1):
-        flipped = place > len(hand)
+        flipped = place > len(block)
         sides = [Preference.OURS, Preference.RIVAL]
         if left[comparison] == flipped:
             sides.reverse()
@@ -230,8 +230,10 @@ def _plan(hand: Sequence[Comparison], name: str, tokens: Tokens, rng: np.random.
     return questions
 
 
-def _shown(question: PairQuestion, folders: StudyFolders) -> Shown:
+def _shown(question: PairQuestion, folders: StudyFolders) -> QuestionStimuli:
     case, rival = question.comparison.case, question.comparison.rival
     sides = [(value, meaning) for value, meaning in question.answers.items() if value not in (BOTH, NONE)]
     drawings = tuple(folders.drawing(case, None if meaning is Preference.OURS else rival) for _, meaning in sides)
-    return Shown(question.field, tuple(value for value, _ in sides), drawings, tuple(folders.render_paths(case)))
+    return QuestionStimuli(
+        question.field, tuple(value for value, _ in sides), drawings, tuple(folders.render_paths(case))
+    )

@@ -4,17 +4,17 @@ import hashlib
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import pandas as pd
 
-from dataset_tools.questionnaires.identical_drawings import ALL_DIFFERENT, Twins, different, from_text
+from dataset_tools.questionnaires.identical_drawings import ALL_DIFFERENT, Twins, distinct, from_text
 from dataset_tools.votes.dawid_skene import one_coin
 from dataset_tools.votes.reliability import Participant, assess, counted
 from dataset_tools.votes.votes import ITEM, drawings_of, items_of
 from ncmodel.data.item import Item
 from ncmodel.data.pairs import Pair
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError
 
 Method = Literal["majority", "one-coin"]
 
@@ -46,12 +46,14 @@ class Rules:
     seed: int = 0
 
     def __post_init__(self) -> None:
+        if self.method not in get_args(Method):
+            raise ArgumentError("method", repr(self.method), " or ".join(get_args(Method)))
         if self.least < 1:
-            raise UsageError(f"--least is {self.least}, expected 1 or more")
+            raise ArgumentError("least", str(self.least), "1 or more")
         if not 0.0 <= self.held_out < 1.0:
-            raise UsageError(f"--held-out is {self.held_out}, expected a share in 0..1, 1 excluded")
+            raise ArgumentError("held_out", str(self.held_out), "a share in 0..1, 1 excluded")
         if not 0.0 < self.posterior <= 1.0:
-            raise UsageError(f"--posterior is {self.posterior}, expected a probability in 0..1, 0 excluded")
+            raise ArgumentError("posterior", str(self.posterior), "a probability in 0..1, 0 excluded")
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,7 @@ class Verdict:
     @property
     def others(self) -> list[int]:
         """The drawings that differ from the best one and from each other: what it is better than."""
-        return [index for index in different(self.twins) if index != self.best]
+        return [index for index in distinct(self.twins) if index != self.best]
 
 
 @dataclass(frozen=True)
@@ -155,9 +157,8 @@ def aggregate(votes: pd.DataFrame, rules: Rules) -> Aggregated:
     shapes = {item.shape for item in items}
     unknown = sorted(set(rules.validation_shapes) - shapes)
     if unknown:
-        raise UsageError(
-            f"--validation-shapes: {unknown[0]} has no votes; expected some of {', '.join(sorted(shapes))}"
-        )
+        found = f"{unknown[0]}, which has no votes"
+        raise ArgumentError("validation_shapes", found, f"some of {', '.join(sorted(shapes))}")
     validation = rules.validation_shapes or _held_out(shapes, rules)
     return Aggregated(_verdicts(items, kept, rules), participants, frozenset(validation))
 

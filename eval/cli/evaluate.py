@@ -48,7 +48,7 @@ def evaluate(
     folders = Folders(_by_name(drawings), references, silhouettes)
     with progress("evaluate", len(folders.names)) as advance:
         result = evaluate_folders(folders, settings, advance)
-    report = write_evaluation(output, result.comparison, result.album, result.failures, page)
+    report = write_evaluation(output, result.comparison, result.gallery, result.failures, page)
     emit(report, as_json, f"{comparison_text(result.comparison)}\n{output / 'report.html'}")
     if result.failures:
         raise BatchError(f"{len(result.failures)} not measured: {'; '.join(result.failures)}")

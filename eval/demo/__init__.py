@@ -1,1 +1,1 @@
-"""The whole road in a row, and its report."""
+"""The whole pipeline in a row, and its report."""

@@ -1,4 +1,4 @@
-"""The whole road, from mesh files to an evaluated model, on meshes that installed packages bundle."""
+"""The whole pipeline, from mesh files to an evaluated model, on meshes that installed packages bundle."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -59,7 +59,7 @@ def claim_folder(out_dir: Path, settings: str) -> None:
     write_text(record, settings)
 
 
-def road(out: Path, plan: Plan, seed: int) -> list[Stage]:
+def pipeline_stages(out: Path, plan: Plan, seed: int) -> list[Stage]:
     """The stages, in order."""
     from eval.demo.held_out import draw_held_out, split_for_training
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from dataset_tools.votes.consensus import Rules, aggregate
 from dataset_tools.votes.votes import read_votes
-from eval.demo.stages import Measured, Stage
+from eval.demo.stages import Stage, StageRun
 from eval.measures.bootstrap import PairAccuracy
 from eval.measures.comparison import Comparison, compare, comparison_table, comparison_text, difference_table
 from eval.measures.evaluation import Settings
@@ -36,7 +36,7 @@ TOLERANCE = 5.0
 THUMB = 208
 SIMULATED = (
     "All votes, artists and participants on this page are simulated: programs that follow a written rule with noise. "
-    "They show that the road works and how its parts compare; they say nothing about what people prefer."
+    "They show that the pipeline works and how its parts compare; they say nothing about what people prefer."
 )
 
 
@@ -82,7 +82,7 @@ def _pair_accuracy(pairs: Sequence[dict[str, Any]]) -> PairAccuracy:
     return pair_accuracy(better, worse, [pair["shape"] for pair in pairs])
 
 
-def write_demo_report(out: Path, stages: Sequence[tuple[Stage, Measured]]) -> dict[str, Any]:
+def write_demo_report(out: Path, stages: Sequence[tuple[Stage, StageRun]]) -> dict[str, Any]:
     """Judge, write `out`/report.html and `out`/summary.json, and return the summary."""
     begin = time.perf_counter()
     outcome = judge(out)
@@ -97,12 +97,12 @@ def write_demo_report(out: Path, stages: Sequence[tuple[Stage, Measured]]) -> di
     summary["seconds"]["report"] = round(seconds, 1)
     summary["total_seconds"] = round(sum(summary["seconds"].values()), 1)
     sections.append(Section("Stages", _stages(stages, seconds)))
-    write_report(out / "report.html", "Neural Contours: the whole road", sections, _lead(summary))
+    write_report(out / "report.html", "Neural Contours: the whole pipeline", sections, _lead(summary))
     write_text(out / "summary.json", json.dumps(summary, indent=1) + "\n")
     return summary
 
 
-def _summary(out: Path, outcome: Outcome, stages: Sequence[tuple[Stage, Measured]]) -> dict[str, Any]:
+def _summary(out: Path, outcome: Outcome, stages: Sequence[tuple[Stage, StageRun]]) -> dict[str, Any]:
     comparison = outcome.comparison
     votes = aggregate(read_votes(out / "votes.csv"), Rules()).summary()
     items = DataFolder(out / "data").items()
@@ -267,7 +267,7 @@ def _stage_plots(stage: str, records: Sequence[dict[str, Any]]) -> list[Plot]:
     return plots
 
 
-def _stages(stages: Sequence[tuple[Stage, Measured]], report_seconds: float) -> list[Block]:
+def _stages(stages: Sequence[tuple[Stage, StageRun]], report_seconds: float) -> list[Block]:
     rows: list[Sequence[Cell | str]] = [
         [
             stage.title,

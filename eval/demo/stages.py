@@ -1,4 +1,4 @@
-"""A road of stages: each in a process of its own, measured, recorded, and not run again once its outputs are there."""
+"""A pipeline of stages: each in its own process, measured, recorded, and not run again once its outputs are there."""
 
 import importlib
 import json
@@ -23,7 +23,7 @@ from ncmodel.files import write_text
 
 @dataclass(frozen=True)
 class Stage:
-    """One step of the road.
+    """One step of the pipeline.
 
     Attributes:
         name: Its key in the record.
@@ -45,7 +45,7 @@ class Stage:
 
 
 @dataclass(frozen=True)
-class Measured:
+class StageRun:
     """What a stage took.
 
     Attributes:
@@ -77,7 +77,7 @@ def run_command(argv: tuple[str, ...]) -> None:
         raise failure(f"{argv[0]} ended with status {status}")
 
 
-def run_stages(stages: Sequence[Stage], folder: Path) -> dict[str, Measured]:
+def run_stages(stages: Sequence[Stage], folder: Path) -> dict[str, StageRun]:
     """Run the stages that aren't done yet, in order.
 
     A stage is done when it is recorded in `folder`/stages.json with the same arguments and its outputs are there. Once
@@ -91,14 +91,14 @@ def run_stages(stages: Sequence[Stage], folder: Path) -> dict[str, Measured]:
     """
     record_path = folder / "stages.json"
     record = _read_record(record_path)
-    measured: dict[str, Measured] = {}
+    measured: dict[str, StageRun] = {}
     stale = False
     for number, stage in enumerate(stages, start=1):
         known = record.get(stage.name)
         # Whatever the folder is called this time, the stage is the same.
         identity = json.dumps([str(argument).replace(str(folder), "") for argument in stage.arguments])
         if not stale and known and known["identity"] == identity and all(path.exists() for path in stage.outputs):
-            measured[stage.name] = Measured(**known["measured"])
+            measured[stage.name] = StageRun(**known["measured"])
             _say(f"[{number}/{len(stages)}] {stage.title}: done before")
             continue
         stale = True
@@ -112,7 +112,7 @@ def run_stages(stages: Sequence[Stage], folder: Path) -> dict[str, Measured]:
     return measured
 
 
-def measure(function: Callable[..., None], *arguments: Any) -> Measured:
+def measure(function: Callable[..., None], *arguments: Any) -> StageRun:
     """Call a module-level function in a fresh process and measure it.
 
     Raises:
@@ -136,7 +136,7 @@ def measure(function: Callable[..., None], *arguments: Any) -> Measured:
     process.join()
     if error is not None:
         raise error
-    return Measured(time.perf_counter() - begin, peak, note)
+    return StageRun(time.perf_counter() - begin, peak, note)
 
 
 def _in_child(sender: Connection, function: Callable[..., None], arguments: tuple[Any, ...]) -> None:
@@ -178,7 +178,7 @@ def _remove(paths: Sequence[Path]) -> None:
 def _end_with_parent() -> None:
     parent = multiprocessing.parent_process()
     if parent is not None:
-        # A road that is killed must not leave a stage behind that writes to the same files as the next run.
+        # A pipeline that is killed must not leave a stage behind that writes to the same files as the next run.
         multiprocessing.connection.wait([parent.sentinel])
         os._exit(1)
 

@@ -9,7 +9,7 @@ import pandas as pd
 from eval.measures.metrics import MEASURES, Lines, Measures, compare_lines, mean_measures
 from eval.measures.references import most_consistent
 from eval.measures.thinning import DEFAULT_THRESHOLD, silhouette_band, thin_lines
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError, UsageError
 from ncmodel.types import Image, Mask
 
 DEFAULT_TOLERANCE = 5.0
@@ -32,9 +32,9 @@ class Settings:
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.tolerance_pixels) and self.tolerance_pixels >= 0.0):
-            raise UsageError(f"tolerance: found {self.tolerance_pixels} pixels, expected 0 or more")
+            raise ArgumentError("tolerance_pixels", str(self.tolerance_pixels), "0 or more")
         if not 0.0 < self.threshold <= 1.0:
-            raise UsageError(f"threshold: found {self.threshold}, expected a number above 0 and up to 1")
+            raise ArgumentError("threshold", str(self.threshold), "a number above 0 and up to 1")
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from pathlib import Path
 from eval.measures.comparison import Comparison
 from eval.measures.evaluation import Evaluation, Score, Settings, Target
 from eval.measures.references import Pairing, find_drawings, pair_up
-from eval.measures.report import Album
+from eval.measures.report import OverlayGallery
 from eval.measures.thinning import binarise, read_ink
 from ncmodel.errors import InputError, NeuralContoursError, UsageError
 from ncmodel.types import Mask
@@ -19,12 +19,12 @@ class FolderEvaluation:
 
     Attributes:
         comparison: Method -> scores, over the names that every method has.
-        album: The pictures of the first method.
+        gallery: The pictures of the first method.
         failures: One line for each name that could not be measured.
     """
 
     comparison: Comparison
-    album: Album
+    gallery: OverlayGallery
     failures: tuple[str, ...]
 
 
@@ -91,10 +91,10 @@ def evaluate_folders(folders: Folders, settings: Settings, advance: Callable[[st
     """
     failures = list(folders.unmatched())
     scores: dict[str, list[Score]] = {method: [] for method in folders.drawings}
-    album = Album()
+    gallery = OverlayGallery()
     for name in folders.names:
         try:
-            found = _evaluate_name(folders, name, settings, album)
+            found = _evaluate_name(folders, name, settings, gallery)
         except UsageError as error:
             failures.append(str(error))
         except NeuralContoursError as error:
@@ -103,17 +103,19 @@ def evaluate_folders(folders: Folders, settings: Settings, advance: Callable[[st
             for method, measured in found.items():
                 scores[method] += measured
         advance(name)
-    if not album.rows:
+    if not gallery.rows:
         raise InputError(folders.references, f"nothing could be measured ({failures[0]})", "comparable drawings")
     evaluations = {method: Evaluation(tuple(measured), settings) for method, measured in scores.items()}
-    return FolderEvaluation(Comparison(evaluations), album, tuple(failures))
+    return FolderEvaluation(Comparison(evaluations), gallery, tuple(failures))
 
 
-def _evaluate_name(folders: Folders, name: str, settings: Settings, album: Album) -> dict[str, tuple[Score, ...]]:
+def _evaluate_name(
+    folders: Folders, name: str, settings: Settings, gallery: OverlayGallery
+) -> dict[str, tuple[Score, ...]]:
     target = folders.target(name, settings)
     inks = {method: read_ink(pairing.drawings[name]) for method, pairing in folders.pairings.items()}
     lines = {method: target.prepare(ink) for method, ink in inks.items()}
     scores = {method: target.scores(drawing) for method, drawing in lines.items()}
     first = next(iter(inks))
-    album.add(target, inks[first], lines[first], scores[first])
+    gallery.add(target, inks[first], lines[first], scores[first])
     return scores

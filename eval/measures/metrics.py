@@ -20,7 +20,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError
 from ncmodel.export.distance_transform import distance_to
 from ncmodel.types import Image, Mask
 
@@ -133,17 +133,17 @@ def mean_measures(measures: Sequence[Measures]) -> Measures:
     return Measures(precision, recall, f1_score(precision, recall), mean("iou"), mean("chamfer"))
 
 
-def tolerance_from_page(millimetres: float, millimetres_per_pixel: float) -> float:
+def tolerance_from_page(tolerance_mm: float, mm_per_pixel: float) -> float:
     """A nearness on the page, as pixels.
 
     Raises:
         UsageError: A length is negative, zero where it divides, or not finite.
     """
-    if not (math.isfinite(millimetres) and millimetres >= 0.0):
-        raise UsageError(f"tolerance: found {millimetres} mm, expected 0 or more")
-    if not (math.isfinite(millimetres_per_pixel) and millimetres_per_pixel > 0.0):
-        raise UsageError(f"size of a pixel: found {millimetres_per_pixel} mm, expected more than 0")
-    return millimetres / millimetres_per_pixel
+    if not (math.isfinite(tolerance_mm) and tolerance_mm >= 0.0):
+        raise ArgumentError("tolerance_mm", str(tolerance_mm), "0 or more")
+    if not (math.isfinite(mm_per_pixel) and mm_per_pixel > 0.0):
+        raise ArgumentError("mm_per_pixel", str(mm_per_pixel), "more than 0")
+    return tolerance_mm / mm_per_pixel
 
 
 def _count_near(distances: Image, tolerance: float) -> int:

@@ -33,7 +33,7 @@ LEGEND = (
 
 
 @dataclass
-class Album:
+class OverlayGallery:
     """The pictures of an evaluation, gathered drawing by drawing and shrunk at once.
 
     Attributes:
@@ -109,7 +109,7 @@ def record(
 def write_evaluation(
     folder: str | Path,
     comparison: Comparison,
-    album: Album,
+    gallery: OverlayGallery,
     failures: Sequence[str] = (),
     page: Mapping[str, float] | None = None,
 ) -> dict[str, object]:
@@ -118,7 +118,7 @@ def write_evaluation(
     Args:
         folder: Where to.
         comparison: The methods' scores; the first one's drawings are shown.
-        album: Its pictures.
+        gallery: Its pictures.
         failures: One line for each item that could not be measured.
         page: Millimetres behind the tolerance, if it was given so.
 
@@ -129,12 +129,14 @@ def write_evaluation(
     root.mkdir(parents=True, exist_ok=True)
     content = record(comparison, failures, page)
     write_text(root / "report.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
-    parts = sections(comparison, album, failures, page or {})
+    parts = sections(comparison, gallery, failures, page or {})
     write_report(root / "report.html", "Evaluation of line drawings", parts, _lead(comparison))
     return content
 
 
-def sections(comparison: Comparison, album: Album, failures: Sequence[str], page: Mapping[str, float]) -> list[Section]:
+def sections(
+    comparison: Comparison, gallery: OverlayGallery, failures: Sequence[str], page: Mapping[str, float]
+) -> list[Section]:
     """The parts of the page: means and settings, each drawing's numbers, pictures."""
     evaluation = next(iter(comparison.evaluations.values()))
     settings = {**asdict(evaluation.settings), **page}
@@ -143,7 +145,7 @@ def sections(comparison: Comparison, album: Album, failures: Sequence[str], page
         summary.append(Text(f"{len(failures)} not measured: {'; '.join(failures)}", "warning"))
     summary.append(Facts([(name.replace("_", " "), _in_words(value)) for name, value in settings.items()]))
     pictures: list[Block] = [Text(LEGEND, "note")]
-    pictures += [Grid(tiles, name, columns=4, max_side=PICTURE_SIDE) for name, tiles in album.rows.items()]
+    pictures += [Grid(tiles, name, columns=4, max_side=PICTURE_SIDE) for name, tiles in gallery.rows.items()]
     return [
         Section("Means", summary),
         Section("Drawings", [Fold(f"All {len(evaluation.scores)} comparisons", [scores_table(evaluation)])]),

@@ -5,7 +5,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError
 from ncmodel.export.distance_transform import distance_to
 from ncmodel.images import read_grey
 from ncmodel.types import Image, Mask
@@ -33,7 +33,7 @@ def binarise(ink: Image, threshold: float = DEFAULT_THRESHOLD) -> Mask:
         UsageError: The threshold is outside (0, 1]: at 0 the paper itself would count.
     """
     if not 0.0 < threshold <= 1.0:
-        raise UsageError(f"threshold: found {threshold}, expected a number above 0 and up to 1")
+        raise ArgumentError("threshold", str(threshold), "a number above 0 and up to 1")
     return np.asarray(ink >= threshold - HALF_LEVEL)
 
 

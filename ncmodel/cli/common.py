@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from ncmodel.errors import ArgumentError
 from ncmodel.progress import Advance
 
 LOG_INTERVAL_SECONDS = 10.0
@@ -19,6 +20,15 @@ def emit(record: Any, as_json: bool, text: str = "") -> None:
         sys.stdout.write(json.dumps(record, indent=1, allow_nan=False) + "\n")
     elif text:
         sys.stdout.write(text + "\n")
+
+
+@contextmanager
+def option_names(**options: str) -> Iterator[None]:
+    """Complaints about parameters whose options have other names: `option_names(stages="stage")`."""
+    try:
+        yield
+    except ArgumentError as error:
+        raise ArgumentError(options.get(error.parameter, error.parameter), error.found, error.expected) from error
 
 
 @contextmanager

@@ -53,22 +53,27 @@ class Commands(TyperGroup):
 def _load(point: EntryPoint) -> Any:
     """The command that an entry point names; of one that can't be loaded, a command that says so."""
     try:
-        found = point.load()
+        return _command(point.name, point.load())
     except Exception as error:  # a stranger's module may raise anything
         reason = f"{point.name}: can't be loaded from {point.value} ({type(error).__name__}: {error})"
 
-        def found() -> None:
+        def complain() -> None:
             raise UsageError(reason)
 
-        found.__doc__ = reason
+        complain.__doc__ = reason
+        return _command(point.name, complain)
+
+
+def _command(name: str, found: Any) -> Any:
+    """A command from a function with Typer's annotations, a group from a `typer.Typer`."""
     holder = typer.Typer(add_completion=False, context_settings=_SETTINGS)
     if isinstance(found, typer.Typer):
-        holder.add_typer(found, name=point.name)
+        holder.add_typer(found, name=name)
     else:
-        holder.command(point.name)(found)
+        holder.command(name)(found)
         # Without a callback, an application with one command would take its name for an argument.
         holder.callback()(lambda: None)
-    return typer.main.get_group(holder).commands[point.name]
+    return typer.main.get_group(holder).commands[name]
 
 
 app = typer.Typer(

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from ncmodel.cli.common import emit, progress
+from ncmodel.cli.common import emit, option_names, progress
 
 Data = Annotated[Path, typer.Argument(help="Data folder, as `ncontours dataset build` writes it.")]
 Pairs = Annotated[Path, typer.Argument(help="Ranking pairs, as `ncontours crowd aggregate` writes them.")]
@@ -38,7 +38,8 @@ def train(
     from ncmodel.training.loop import STAGES
     from ncmodel.training.train import TrainOptions, run_training
 
-    options = TrainOptions(STAGES if stage == "all" else (stage,), epochs, seconds, seed, restart, device)
+    with option_names(stages="stage"):
+        options = TrainOptions(STAGES if stage == "all" else (stage,), epochs, seconds, seed, restart, device)
     report = run_training(data, pairs, output, preset_named(preset), options, progress).to_record()
     emit(report, as_json, _summary(report))
 

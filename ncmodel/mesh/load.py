@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ncmodel.errors import MeshError, UsageError
+from ncmodel.errors import ArgumentError, MeshError
 from ncmodel.mesh import formats
 from ncmodel.mesh.weld import weld, without_cracks
 from ncmodel.types import Floats, Ints, Mesh
@@ -99,7 +99,7 @@ def upright(vertices: Floats, up: str) -> Floats:
     """
     turn = _UP.get(up)
     if turn is None:
-        raise UsageError(f"--up: found {up!r}, expected y or z")
+        raise ArgumentError("up", repr(up), "y or z")
     return turn(vertices)
 
 

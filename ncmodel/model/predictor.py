@@ -130,7 +130,7 @@ class Model:
         chosen: dict[LineFamily, float] = {}
         for index, family in enumerate(FILTERED_FAMILIES):
             # From the largest feature on, a threshold leaves no line: the family is off.
-            if optimum.present[index] and optimum.thresholds[index] < score.level(index, 0.0):
+            if optimum.present[index] and optimum.thresholds[index] < score.threshold_leaving(index, 0.0):
                 chosen[family] = optimum.thresholds[index]
         p90 = {family: float(lines.p90[index]) for index, family in enumerate(FILTERED_FAMILIES)}
         return Plan(

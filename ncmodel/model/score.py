@@ -70,7 +70,7 @@ class DrawingScore:
         """Whether the view shows boundaries."""
         return bool(self._lines.boundaries.any())
 
-    def level(self, family: int, share: float) -> float:
+    def threshold_leaving(self, family: int, share: float) -> float:
         """The t at which `share` of a family's ink is left: 0 for share 1, the largest feature for share 0.
 
         With pixels in order of falling feature, those above t keep sum(S) - t sum(S / feature), which is linear in t

@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 from scipy.optimize import minimize
 
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError, UsageError
 from ncmodel.types import Floats, Mask
 
 
@@ -26,7 +26,7 @@ class ScoredDrawing(Protocol):
     def slope(self, thresholds: Floats, boundaries: bool) -> tuple[float, Floats]:
         """The score at one (4,) t, and its (4,) gradient."""
 
-    def level(self, family: int, share: float) -> float:
+    def threshold_leaving(self, family: int, share: float) -> float:
         """The t at which `share` of a family's ink is left; the least t without any for share 0."""
 
     @property
@@ -71,7 +71,7 @@ BUDGETS = {
     "balanced": Budget((0.6, 0.3, 0.0), full_grid=True, climbs=3, iterations=12, rough_grid=True, mirrored=True),
     "accurate": Budget((0.6, 0.3, 0.0, 0.85, 0.45), full_grid=True, climbs=8, iterations=30, mirrored=True),
 }
-"""The search budget of each `--preset`. The shares are like those that the candidates' levels leave of real meshes'
+"""The search budget of each preset. The shares are like those that the candidates' thresholds leave of real meshes'
 lines: a ranking module judges drawings like those that it was trained on, and all lines of all families aren't."""
 
 
@@ -119,15 +119,15 @@ class Optimum:
     trials: tuple[Trial, ...] = field(default=())
 
 
-def budget_named(name: str) -> Budget:
+def budget_named(preset: str) -> Budget:
     """A search budget by its preset's name.
 
     Raises:
         UsageError: There is none of that name.
     """
-    if name not in BUDGETS:
-        raise UsageError(f"--preset: found {name!r}, expected one of {', '.join(BUDGETS)}")
-    return BUDGETS[name]
+    if preset not in BUDGETS:
+        raise ArgumentError("preset", repr(preset), f"one of {', '.join(BUDGETS)}")
+    return BUDGETS[preset]
 
 
 def optimise(drawing: ScoredDrawing, budget: Budget) -> Optimum:
@@ -163,7 +163,9 @@ class _Search:
     def __init__(self, drawing: ScoredDrawing, budget: Budget) -> None:
         self.drawing, self.budget = drawing, budget
         self.families = np.flatnonzero(drawing.present).tolist()
-        self.scale = np.array([drawing.level(family, 0.5) if p else 1.0 for family, p in enumerate(drawing.present)])
+        self.scale = np.array(
+            [drawing.threshold_leaving(family, 0.5) if p else 1.0 for family, p in enumerate(drawing.present)]
+        )
         self.scale = np.maximum(self.scale, 1e-6)
         self.points: list[_Point] = []
         self.trials: list[Trial] = []
@@ -194,13 +196,15 @@ class _Search:
     def grid(self) -> None:
         """Evaluate the grid of ink shares; its first point, the middle share of all, wins ties."""
         shares, rough = self.budget.shares, self.budget.rough_grid and bool(self.families)
-        levels = {family: [self.drawing.level(family, share) for share in shares] for family in self.families}
+        tried = {
+            family: [self.drawing.threshold_leaving(family, share) for share in shares] for family in self.families
+        }
         if self.budget.full_grid:
-            combinations = itertools.product(*levels.values())
-            self._try([self._at(dict(zip(levels, values, strict=True))) for values in combinations], rough=rough)
+            combinations = itertools.product(*tried.values())
+            self._try([self._at(dict(zip(tried, values, strict=True))) for values in combinations], rough=rough)
             return
-        self._try([self._at({family: values[0] for family, values in levels.items()})], rough=rough)
-        for family, values in levels.items():
+        self._try([self._at({family: values[0] for family, values in tried.items()})], rough=rough)
+        for family, values in tried.items():
             here = np.array(self.best.thresholds)
             self._try([np.where(np.arange(4) == family, value, here) for value in values[1:]], rough=rough)
 
@@ -240,7 +244,7 @@ class _Search:
             climbed.append(_Point(score, tuple(t.tolist()), boundaries))
             return -score, -slope[chosen] * self.scale[chosen]
 
-        bounds = [(0.0, self.drawing.level(family, 0.0) / self.scale[family]) for family in chosen]
+        bounds = [(0.0, self.drawing.threshold_leaving(family, 0.0) / self.scale[family]) for family in chosen]
         found = minimize(
             descend,
             start[chosen] / self.scale[chosen],

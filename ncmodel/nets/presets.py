@@ -11,7 +11,7 @@ import json
 from dataclasses import asdict, dataclass, field
 from typing import Any, Self
 
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError
 
 MAP_CHANNELS = 7
 """Depth and six shaded maps, in that order."""
@@ -172,12 +172,12 @@ PRESETS = {
 }
 
 
-def preset_named(name: str) -> Preset:
+def preset_named(preset: str) -> Preset:
     """A preset by name.
 
     Raises:
         UsageError: There is none of that name.
     """
-    if name not in PRESETS:
-        raise UsageError(f"--preset: found {name!r}, expected one of {', '.join(PRESETS)}")
-    return PRESETS[name]
+    if preset not in PRESETS:
+        raise ArgumentError("preset", repr(preset), f"one of {', '.join(PRESETS)}")
+    return PRESETS[preset]

@@ -202,7 +202,9 @@ def _resume(plan: Plan, trainer: _Trainer) -> Progressed | None:
     for key, value in plan.settings.items():
         was = header["settings"].get(key)
         if was != value:
-            raise UsageError(f"{plan.state}: an earlier training had {key} {was}, now {value}; see --restart")
+            raise UsageError(
+                f"{plan.state}: an earlier training had {key} {was}, now {value}; expected the same, or a restart"
+            )
     parts: dict[str, Tensors] = {"now": {}, "average": {}, "best": {}, "adam": {}}
     for name, tensor in tensors.items():
         part, _, rest = name.partition(".")

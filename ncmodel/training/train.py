@@ -19,7 +19,7 @@ from torch import nn
 
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.pairs import Pair
-from ncmodel.errors import InputError, UsageError
+from ncmodel.errors import ArgumentError, InputError, UsageError
 from ncmodel.files import write_text
 from ncmodel.nets.blocks import WIDE, initialise, threads_for
 from ncmodel.nets.checkpoints import Checkpoint, load_checkpoint, save_checkpoint
@@ -60,19 +60,20 @@ class TrainOptions:
 
     def __post_init__(self) -> None:
         if not self.stages or any(stage not in STAGES for stage in self.stages):
-            raise UsageError(f"--stage: found {','.join(self.stages)!r}, expected all or one of {', '.join(STAGES)}")
+            raise ArgumentError("stages", repr(",".join(self.stages)), f"all or one of {', '.join(STAGES)}")
         if self.epochs is not None and self.epochs < 1:
-            raise UsageError(f"--epochs: found {self.epochs}, expected at least 1")
+            raise ArgumentError("epochs", str(self.epochs), "at least 1")
         if self.seconds is not None and not self.seconds > 0:
-            raise UsageError(f"--seconds: found {self.seconds}, expected a positive number")
+            raise ArgumentError("seconds", str(self.seconds), "a positive number")
         if self.seed < 0:
-            raise UsageError(f"--seed: found {self.seed}, expected 0 or more")
+            raise ArgumentError("seed", str(self.seed), "0 or more")
         try:
             torch.zeros(1, device=self.device)
         except (RuntimeError, AssertionError) as error:
             # torch's message may go on for many lines; the first one tells.
             reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-            raise UsageError(f"--device: found {self.device!r}, which torch can't use: {reason}") from error
+            found = f"{self.device!r}, which torch can't use ({reason})"
+            raise ArgumentError("device", found, "cpu, cuda or another device of this machine") from error
 
 
 @dataclass(frozen=True)
@@ -238,14 +239,14 @@ class _Run:
             network.to(self.options.device)
         if trained.ranker is None or trained.translator is None:
             missing = "ranker" if trained.ranker is None else "translator"
-            raise UsageError(f"{self.out}: finetuning needs both networks; train --stage {missing} first")
+            raise UsageError(f"{self.out}: finetuning needs both networks; train the {missing} first")
         return FinetuneObjective(self.preset, trained.ranker, trained.translator, *shared)
 
     def _new(self, network: N, stage: str) -> N:
         """A network with the weights that the seed gives it."""
         if stage in self.records and not self.state_file(stage).exists():
             lost = f"{self.out}: holds a trained {stage}, but {self.state_file(stage).name}, needed to go on, is gone"
-            raise UsageError(f"{lost}; --restart trains anew")
+            raise UsageError(f"{lost}; expected that file, or a restart")
         seed = np.random.SeedSequence([self.options.seed, STAGES.index(stage)]).generate_state(1)[0]
         initialise(network, torch.Generator().manual_seed(int(seed)))
         return network.to(self.options.device)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import trimesh
 
-from dataset_tools.votes.votes import read_votes
+from dataset_tools.votes.votes import Vote, read_votes
 from ncmodel.camera import Camera
 from ncmodel.data.item import DRAWINGS
 from ncmodel.images import from_brightness, from_ink, write_png
@@ -68,3 +68,12 @@ def make_artists(folder: Path, data: Path, each: int = 1) -> Path:
             rng = np.random.default_rng([number, index, 5])
             write_png(folder / view.name / f"{index}.png", from_ink(scribble(rng, 6)))
     return folder
+
+
+def vote(worker: str, shape: str, choice: int, **more: object) -> Vote:
+    """A participant's answer about a shape's one view."""
+    values: dict[str, object] = {
+        "worker": worker, "assignment": f"a-{worker}", "questionnaire": "q", "question": 1, "shape": shape, "view": "0",
+        "choice": choice, "sentinel": False, "passed": None, "seconds": 5.0, "source": "mturk",
+    }  # fmt: skip
+    return Vote(**{**values, **more})  # type: ignore[arg-type]

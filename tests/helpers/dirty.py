@@ -101,3 +101,14 @@ def is_surface(faces: Ints) -> bool:
 def is_closed(faces: Ints) -> bool:
     """Exactly two faces at every edge, wound alike."""
     return is_surface(faces) and bool((half_edges(faces).count == 2).all())
+
+
+def moved(part: Geometry, by: tuple[float, float, float] = (0.0, 0.0, 0.0), scale: float = 1.0) -> Geometry:
+    """The same mesh, scaled about the origin and then moved."""
+    return part[0] * scale + np.array(by), part[1]
+
+
+def face_normals(vertices: Floats, faces: Ints) -> Floats:
+    """(F, 3) normals of faces, as long as twice their areas."""
+    a, b, c = vertices[faces].transpose(1, 0, 2)
+    return np.asarray(np.cross(b - a, c - a))

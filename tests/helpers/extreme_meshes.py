@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ncmodel.types import Floats, Ints
-from tests.helpers import analytic
+from tests.helpers import analytic, dirty
 
 Builder = Callable[[], tuple[Floats, Ints]]
 
@@ -53,8 +53,7 @@ def three_faces_at_an_edge() -> tuple[Floats, Ints]:
 
 
 def inside_out() -> tuple[Floats, Ints]:
-    vertices, faces = analytic.torus(18, 10)
-    return vertices, faces[:, ::-1].copy()
+    return dirty.inside_out(analytic.torus(18, 10))
 
 
 def both_sides() -> tuple[Floats, Ints]:

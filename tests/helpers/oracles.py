@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ncmodel.types import Floats, Mask
+from ncmodel.types import Floats, Ints, Mask
 
 
 def pixel_distances(a: Mask, b: Mask) -> Floats:
@@ -23,3 +23,13 @@ def drawing_measures(a: Mask, b: Mask, tolerance: float) -> dict[str, float]:
         "iou": (near_a + near_b) / int(a.sum() + b.sum()),
         "chamfer": (distances.min(axis=1).mean() + distances.min(axis=0).mean()) / 2.0,
     }
+
+
+def traced(vertices: Floats, faces: Ints, origin: Floats, direction: Floats) -> tuple[float, int]:
+    """The nearest of all triangles along a ray, by Cramer's rule; its distance and index."""
+    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
+    columns = np.stack([b - a, c - a, np.broadcast_to(-direction, a.shape)], axis=2)
+    with np.errstate(all="ignore"):
+        u, v, t = np.linalg.solve(columns, (origin - a)[..., None])[..., 0].T
+    t = np.where((u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0), t, np.inf)
+    return float(t.min()), int(t.argmin()) if np.isfinite(t.min()) else -1

@@ -9,13 +9,12 @@ from collections.abc import Callable, Iterator
 from contextlib import closing
 from pathlib import Path
 
-import distributed
 import pytest
 
-from dataset_tools.build.runners import DaskRunner, HereRunner, PoolRunner, Runner, runner_for
+from dataset_tools.build.runners import HereRunner, PoolRunner, Runner
 from dataset_tools.build.worker_process import Limits
-from ncmodel.errors import InputError, UsageError
-from tests.helpers.loopback import dask_cluster
+from ncmodel.errors import InputError
+from tests.helpers.waiting import wait_until
 
 LIMITS = Limits(seconds=60.0, memory_gb=8.0)
 
@@ -120,66 +119,12 @@ def test_workers_end_when_their_parent_is_killed(tmp_path: Path) -> None:
     note = tmp_path / "worker"
     environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[3])}
     parent = subprocess.Popen([sys.executable, tmp_path / "parent.py", note], env=environment)
-    wait_for(lambda: note.exists() and note.read_text() != "", 60)
+    wait_until(lambda: note.exists() and note.read_text() != "", 60)
     parent.kill()
     parent.wait()
-    wait_for(lambda: not Path(f"/proc/{note.read_text()}").exists(), 20)
+    wait_until(lambda: not Path(f"/proc/{note.read_text()}").exists(), 20)
 
 
 def note_and_wait(path: str) -> None:
     Path(path).write_text(str(os.getpid()))
     time.sleep(120)
-
-
-def wait_for(condition: object, seconds: float) -> None:
-    assert callable(condition)
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline, "took too long"
-        time.sleep(0.1)
-
-
-@pytest.mark.parametrize("workers", [-1, -7])
-def test_too_few_workers_are_refused(workers: int) -> None:
-    with pytest.raises(UsageError, match=f"--workers: found {workers}"), runner_for(workers):
-        pass
-
-
-@pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense", "tcp://", "ftp://127.0.0.1:9"])
-def test_a_scheduler_that_does_not_answer_is_bad_usage(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    made: list[object] = []
-    # No client may be made: a failed one can block the start of the next.
-    monkeypatch.setattr(distributed, "Client", lambda *given, **options: made.append(given))
-    with pytest.raises(UsageError, match="no Dask scheduler answers at"):
-        DaskRunner(address, patience=0.5)
-    assert made == []
-
-
-@pytest.fixture(scope="module")
-def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """A real scheduler and two worker processes on loopback."""
-    with dask_cluster(tmp_path_factory.mktemp("dask")) as address:
-        yield address
-
-
-def test_a_dask_cluster_does_the_same(scheduler: str) -> None:
-    with runner_for(2, scheduler) as runner:
-        outcomes = {outcome.task: outcome.result for outcome in runner.run(square, range(9), LIMITS)}
-        used = {outcome.result for outcome in runner.run(process_id, range(8), LIMITS)}
-    assert outcomes == {number: number * number for number in range(9)}
-    assert len(used) == 2
-
-
-def test_limits_hold_on_the_cluster_too(scheduler: str) -> None:
-    with runner_for(2, scheduler) as runner:
-        outcomes = {outcome.task: outcome for outcome in runner.run(too_long_at_three, range(6), Limits(2.0, 8.0))}
-        dead = {outcome.task: outcome.reason for outcome in runner.run(die_at_three, range(6), LIMITS)}
-    assert (outcomes[3].result, outcomes[3].reason) == (None, "it took more than 2 s")
-    assert [outcomes[n].result for n in range(6) if n != 3] == [n for n in range(6) if n != 3]
-    assert dead.pop(3) == "its process died with signal SIGKILL (no message)"
-    assert set(dead.values()) == {""}
-
-
-def test_an_error_on_the_cluster_stops_the_run(scheduler: str) -> None:
-    with runner_for(2, scheduler) as runner, pytest.raises(InputError, match="three: 3; expected another number"):
-        list(runner.run(fail_at_three, range(9), LIMITS))

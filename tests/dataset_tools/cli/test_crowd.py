@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from ncmodel.cli.main import main
+from tests.helpers.commands import printed
 from tests.helpers.crowd_data import make_data
 
 
@@ -27,16 +28,6 @@ def answered(data: Path) -> Path:
     assert main(ingest) == 0
     assert main(["crowd", "aggregate", str(folder / "votes.csv"), "-o", str(folder / "pairs.jsonl")]) == 0
     return folder
-
-
-def printed(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, object]:
-    """What a command prints with --json."""
-    capsys.readouterr()
-    assert main([*arguments, "--json"]) == 0
-    out = capsys.readouterr().out
-    record = json.loads(out)
-    assert isinstance(record, dict)
-    return record
 
 
 def test_the_loop(answered: Path, data: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -87,24 +78,33 @@ def test_results_with_problems_exit_with_1(answered: Path, capsys: pytest.Captur
 
 CASES = [
     (["crowd", "build", "{tmp}/nowhere", "{tmp}/b"], "nowhere: no such folder"),
-    (["crowd", "build", "{data}", "{tmp}/b", "--real", "0"], "--real is 0"),
-    (["crowd", "build", "{data}", "{tmp}/b", "--pool", "2"], "--pool is 2"),
+    (["crowd", "build", "{data}", "{tmp}/b", "--real", "0"], "--real: found 0, expected 1 or more"),
+    (["crowd", "build", "{data}", "{tmp}/b", "--pool", "2"], "--pool: found 2, expected at least the sentinels"),
     (["crowd", "build", "{data}", "{tmp}/b", "--artists", "{tmp}"], "no drawing of any view"),
     (["crowd", "build", "{data}", "{answered}/batch"], "holds files already"),
-    (["crowd", "build", "{data}", "{tmp}/b", "--drawing-side", "1"], "--drawing-side is 1"),
+    (
+        ["crowd", "build", "{data}", "{tmp}/b", "--drawing-side", "1"],
+        "--drawing-side: found 1, expected 16..4096 pixels",
+    ),
     (["crowd", "simulate", "{tmp}", "-o", "{tmp}/r.csv"], "key.json: can't be read"),
-    (["crowd", "simulate", "{answered}/batch", "-o", "{tmp}/r.csv", "--participants", "0"], "--participants is 0"),
+    (
+        ["crowd", "simulate", "{answered}/batch", "-o", "{tmp}/r.csv", "--participants", "0"],
+        "--participants: found 0, expected 1 or more",
+    ),
     (
         ["crowd", "simulate", "{answered}/batch", "-o", "{tmp}/r.csv", "--random-clickers", "2"],
-        "--random-clickers is 2",
+        "--random-clickers: found 2.0, expected a share",
     ),
     (["crowd", "ingest", "{answered}/batch", "{tmp}/no.csv", "-o", "{tmp}/v.csv"], "no.csv"),
     (["crowd", "ingest", "{answered}/batch", "{answered}/batch/key.json", "-o", "{tmp}/v.csv"], "columns {{"),
     (["crowd", "ingest", "{answered}/batch", "{answered}/results.csv", "-o", "{answered}/results.csv"], "no column"),
     (["crowd", "aggregate", "{tmp}/no.csv", "-o", "{tmp}/p"], "no.csv: can't be read"),
     (["crowd", "aggregate", "{answered}/results.csv", "-o", "{tmp}/p"], "no column worker"),
-    (["crowd", "aggregate", "{answered}/votes.csv", "-o", "{tmp}/p", "--method", "best"], "--method is 'best'"),
-    (["crowd", "aggregate", "{answered}/votes.csv", "-o", "{tmp}/p", "--validation-shapes", "x"], "x has no votes"),
+    (["crowd", "aggregate", "{answered}/votes.csv", "-o", "{tmp}/p", "--method", "best"], "--method: found 'best'"),
+    (
+        ["crowd", "aggregate", "{answered}/votes.csv", "-o", "{tmp}/p", "--validation-shapes", "x"],
+        "--validation-shapes: found x, which has no votes",
+    ),
     (["crowd", "topup", "{data}", "{answered}/results.csv", "{tmp}/b"], "no column"),
     (["crowd", "audit", "{answered}/batch/key.json", "-o", "{tmp}/a.html"], "no column worker"),
     (["crowd", "review", "{answered}/votes.csv", "{answered}/votes.csv", "-o", "{tmp}/r"], "WorkerId"),
@@ -112,7 +112,10 @@ CASES = [
     (["crowd", "serve", "{answered}/batch", "--db", "{answered}/votes.csv", "--port", "0"], "database"),
     (["crowd", "serve", "{answered}/batch", "--db", "{tmp}/db", "--parameters", "a b"], "--parameters"),
     (["crowd", "serve", "{answered}/batch", "--db", "{tmp}/db", "--abandoned-after", "0"], "--abandoned-after"),
-    (["crowd", "serve", "{answered}/batch", "--db", "{tmp}/db", "--public-url", "example.org"], "--public-url is"),
+    (
+        ["crowd", "serve", "{answered}/batch", "--db", "{tmp}/db", "--public-url", "example.org"],
+        "--public-url: found 'example.org', expected https",
+    ),
     (["crowd", "serve", "{answered}/batch", "--db", "{tmp}/db", "--public-url", "https://a/b"], "all of a host"),
     (["crowd", "serve", "{answered}/batch", "--db", "{tmp}/db", "--taken-part", "{tmp}/no.csv"], "no.csv: can't be"),
     (["crowd", "study", "build", "{tmp}/b", "--ours", "x", "--against", "a={tmp}", "--renders", "{tmp}"], "NAME=DIR"),
@@ -121,7 +124,7 @@ CASES = [
         "no drawings",
     ),
     (["crowd", "study", "report", "{answered}/batch", "{tmp}/a.csv", "-o", "{tmp}/r"], "not the key of a study"),
-    (["crowd", "trial", "{data}", "-o", "{tmp}/t", "--participants", "1"], "1 participants"),
+    (["crowd", "trial", "{data}", "-o", "{tmp}/t", "--participants", "1"], "--participants: found 1, expected 10"),
 ]
 
 

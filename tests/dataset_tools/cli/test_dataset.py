@@ -1,6 +1,5 @@
 """The `ncontours dataset` commands: what they write, and one clear line for bad input."""
 
-import json
 from pathlib import Path
 
 import cv2
@@ -13,6 +12,7 @@ from ncmodel.mesh.load import load_mesh
 from ncmodel.mesh.ply import ply_bytes
 from ncmodel.types import Mesh
 from tests.helpers import dirty
+from tests.helpers.commands import complaint, printed
 
 
 @pytest.fixture(scope="module")
@@ -33,38 +33,31 @@ def data(meshes: Path) -> Path:
     return folder
 
 
-def printed(capsys: pytest.CaptureFixture[str], *arguments: object) -> dict[str, object]:
-    assert main(["dataset", *(str(argument) for argument in arguments), "--json"]) == 0
-    record = json.loads(capsys.readouterr().out)
-    assert isinstance(record, dict)
-    return record
-
-
 def test_build_goes_on_with_the_settings_of_the_folder(
     data: Path, meshes: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    record = printed(capsys, "build", meshes, data, "--workers", 0)
+    record = printed(capsys, "dataset", "build", meshes, data, "--workers", 0)
     assert (record["done"], record["made"], record["failed"]) == (1, 0, 0)
 
 
 def test_status_counts(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    record = printed(capsys, "status", data, "--verify")
+    record = printed(capsys, "dataset", "status", data, "--verify")
     assert (record["done"], record["pending"], record["views"]) == (1, 0, 1)
 
 
 def test_clean_reports_and_writes(meshes: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     output = tmp_path / "clean.ply"
-    record = printed(capsys, "clean", meshes / "lump.ply", "-o", output)
+    record = printed(capsys, "dataset", "clean", meshes / "lump.ply", "-o", output)
     assert record["done"] == [{"step": "faces turned to face outwards", "count": 1280}]
     mesh = load_mesh(output)
     assert dirty.signed_volume(mesh.vertices, mesh.faces) > 0
 
 
 def test_export_and_import_are_a_round_trip(data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    record = printed(capsys, "export", data / "views" / "lump_0", tmp_path / "out", "--size", "80x60")
+    record = printed(capsys, "dataset", "export", data / "views" / "lump_0", tmp_path / "out", "--size", "80x60")
     assert isinstance(record["files"], list)
     assert len(record["files"]) == 21
-    printed(capsys, "import", tmp_path / "out", tmp_path / "maps.npz")
+    printed(capsys, "dataset", "import", tmp_path / "out", tmp_path / "maps.npz")
     with np.load(tmp_path / "maps.npz") as arrays:
         assert arrays["lines"].shape == (4, 60, 80)
         assert arrays["maps"].shape == (7, 60, 80)
@@ -77,7 +70,7 @@ def test_a_sheet_shows_every_picture(data: Path, tmp_path: Path) -> None:
 
 
 def test_levels_are_measured(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    record = printed(capsys, "levels", data)
+    record = printed(capsys, "dataset", "levels", data)
     assert record["views"] == 1
     assert isinstance(record["kept"], list)
     assert len(record["kept"]) == 12
@@ -88,13 +81,13 @@ def test_costs_are_measured(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capt
     monkeypatch.setattr(
         "dataset_tools.build.costs.measure_builds", lambda meshes, workers, advance: [BuildCost(1, 2, 3.0)]
     )
-    record = printed(capsys, "bench")
+    record = printed(capsys, "dataset", "bench")
     assert set(record) == {"view", "distances", "builds"}
     assert record["builds"] == [{"workers": 1, "shapes": 2, "seconds": 3.0}]
 
 
 @pytest.mark.parametrize(
-    ("arguments", "complaint"),
+    ("arguments", "message"),
     [
         (["build", "NOWHERE", "OUT"], "no such folder"),
         (["build", "MESHES", "DATA", "--size", "32"], "width is 64"),
@@ -117,7 +110,7 @@ def test_costs_are_measured(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capt
     ],
 )
 def test_bad_input_is_one_clear_line(
-    arguments: list[str], complaint: str, data: Path, meshes: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    arguments: list[str], message: str, data: Path, meshes: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     places = {
         "MESHES": str(meshes),
@@ -127,11 +120,7 @@ def test_bad_input_is_one_clear_line(
     }
     for name, place in places.items():
         arguments = [argument.replace(name, place) for argument in arguments]
-    capsys.readouterr()
-    assert main(["dataset", *arguments]) == 2
-    lines = capsys.readouterr().err.strip().splitlines()
-    assert len(lines) == 1
-    assert complaint in lines[0]
+    assert message in complaint(capsys, "dataset", *arguments)
 
 
 def test_failed_views_end_a_build_with_1(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -11,12 +11,13 @@ import numpy as np
 import pytest
 from PIL import Image as Picture
 
+from dataset_tools.questionnaires.batch import make_batch
 from dataset_tools.questionnaires.batch_folder import MAX_TEMPLATE, Look
 from dataset_tools.questionnaires.pages import asset, batch_template, render
 from dataset_tools.questionnaires.questionnaire import NONE, Key, Scheme
-from dataset_tools.questionnaires.sentinels import Drawing, SentinelPool
-from dataset_tools.questionnaires.stimuli import padded
-from dataset_tools.simulation.crowd import make_batch
+from dataset_tools.questionnaires.sentinels import ArtistsFolder, Drawing, SentinelPool
+from dataset_tools.questionnaires.stimuli import pad_png
+from dataset_tools.simulation.crowd import SimulatedArtists
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
 from ncmodel.errors import InputError, UsageError
@@ -39,13 +40,15 @@ def artists(data: Path) -> Path:
 @pytest.fixture(scope="module")
 def batch(data: Path, artists: Path) -> Path:
     folder = data.parent / "batch"
-    make_batch(data, folder, dict.fromkeys(DataFolder(data).items(), 3), SCHEME, Look(64, 48), artists)
+    make_batch(data, folder, dict.fromkeys(DataFolder(data).items(), 3), SCHEME, Look(64, 48), ArtistsFolder(artists))
     return folder
 
 
 def rows(batch: Path) -> list[dict[str, str]]:
     with (batch / "tasks.csv").open(newline="") as file:
-        return list(csv.DictReader(file))
+        found = list(csv.DictReader(file))
+    assert len(found) > 1
+    return found
 
 
 def test_the_scheme_is_kept(batch: Path, data: Path) -> None:
@@ -91,9 +94,13 @@ def test_the_paper_scheme_stays_below_turkles_limit_with_a_margin() -> None:
 
 def test_a_template_above_turkles_limit_is_noted(data: Path, artists: Path, tmp_path: Path) -> None:
     needs, look = dict.fromkeys(DataFolder(data).items(), 3), Look(16, 16)
-    built = make_batch(data, tmp_path / "b", needs, Scheme(real=24, sentinels=12, pool=15), look, artists)
+    built = make_batch(
+        data, tmp_path / "b", needs, Scheme(real=24, sentinels=12, pool=15), look, ArtistsFolder(artists)
+    )
     assert f"Turkle takes {MAX_TEMPLATE}" not in "".join(built.notes)
-    built = make_batch(data, tmp_path / "c", needs, Scheme(real=24, sentinels=15, pool=15), look, artists)
+    built = make_batch(
+        data, tmp_path / "c", needs, Scheme(real=24, sentinels=15, pool=15), look, ArtistsFolder(artists)
+    )
     assert f"Turkle takes {MAX_TEMPLATE}" in "".join(built.notes)
 
 
@@ -114,13 +121,17 @@ def test_the_key_is_private(batch: Path) -> None:
 
 def test_who_serves_pictures_elsewhere_is_told_to_keep_the_key(data: Path, artists: Path, tmp_path: Path) -> None:
     look = Look(16, 16, base_url="https://study.example/pictures")
-    built = make_batch(data, tmp_path / "b", dict.fromkeys(DataFolder(data).items(), 1), SCHEME, look, artists)
+    built = make_batch(
+        data, tmp_path / "b", dict.fromkeys(DataFolder(data).items(), 1), SCHEME, look, ArtistsFolder(artists)
+    )
     assert "and nothing else: key.json tells all answers" in "".join(built.notes)
 
 
 def test_one_shape_has_no_sentinels_and_the_command_says_so(tmp_path: Path) -> None:
     data = make_data(tmp_path / "data", shapes=1, views=2)
-    built = make_batch(data, tmp_path / "b", dict.fromkeys(DataFolder(data).items(), 3), Scheme(), Look(16, 16))
+    built = make_batch(
+        data, tmp_path / "b", dict.fromkeys(DataFolder(data).items(), 3), Scheme(), Look(16, 16), SimulatedArtists(data)
+    )
     assert (built.real, built.sentinels) == (2, 0)
     assert sum("no sentinels" in note for note in built.notes) == 1
     assert Key.load(tmp_path / "b").settings["scheme"]["sentinels"] == 0
@@ -162,11 +173,13 @@ def test_no_picture_occurs_twice_in_a_questionnaire(batch: Path) -> None:
     """The same drawing in two questions would tell that one of them is a sentinel."""
     for row in rows(batch):
         contents = [(batch / row[name]).read_bytes() for name in row if re.fullmatch(r"q\d+_d\d+", name)]
-        assert len(set(contents)) == len(contents)
+        assert len(set(contents)) == len(contents) == 13 * 8
 
 
 def test_sentinels_stand_anywhere_and_so_do_their_answers(data: Path, artists: Path, tmp_path: Path) -> None:
-    make_batch(data, tmp_path / "b", dict.fromkeys(DataFolder(data).items(), 30), SCHEME, Look(16, 16), artists)
+    make_batch(
+        data, tmp_path / "b", dict.fromkeys(DataFolder(data).items(), 30), SCHEME, Look(16, 16), ArtistsFolder(artists)
+    )
     key = Key.load(tmp_path / "b")
     sentinels = [q for one in key.questionnaires.values() for q in one.questions if q.sentinel]
     places = Counter(question.number for question in sentinels)
@@ -182,8 +195,8 @@ def test_sentinels_show_one_drawing_of_the_shape_and_seven_of_others(data: Path,
     items = DataFolder(data).items()
     drawings = [Drawing(item, artists / item.name / f"{i}.png") for item in items for i in range(3)]
     pool = SentinelPool(drawings, [], 6, np.random.default_rng(0))
-    hand = items[:4]
-    sentinels = pool.draw(3, hand)
+    block = items[:4]
+    sentinels = pool.draw(3, block)
     assert len(pool) == 6
     assert len({sentinel.item for sentinel in sentinels}) == 3
     used = [drawing for sentinel in sentinels for drawing in sentinel.drawings]
@@ -191,7 +204,7 @@ def test_sentinels_show_one_drawing_of_the_shape_and_seven_of_others(data: Path,
     for sentinel in sentinels:
         right, *others = sentinel.drawings
         assert right.item == sentinel.item
-        assert sentinel.item.shape not in {item.shape for item in hand}
+        assert sentinel.item.shape not in {item.shape for item in block}
         assert len({other.item.shape for other in others}) == 7
         assert sentinel.item.shape not in {other.item.shape for other in others}
 
@@ -204,8 +217,15 @@ def test_sentinels_need_two_shapes() -> None:
 
 def test_same_seed_same_bytes_other_seed_other_names(data: Path, artists: Path, tmp_path: Path, batch: Path) -> None:
     needs = dict.fromkeys(DataFolder(data).items(), 3)
-    make_batch(data, tmp_path / "same", needs, SCHEME, Look(64, 48), artists)
-    make_batch(data, tmp_path / "other", needs, Scheme(real=10, sentinels=3, pool=6, seed=1), Look(64, 48), artists)
+    make_batch(data, tmp_path / "same", needs, SCHEME, Look(64, 48), ArtistsFolder(artists))
+    make_batch(
+        data,
+        tmp_path / "other",
+        needs,
+        Scheme(real=10, sentinels=3, pool=6, seed=1),
+        Look(64, 48),
+        ArtistsFolder(artists),
+    )
     for name in ("tasks.csv", "template.html"):
         assert (tmp_path / "same" / name).read_bytes() == (batch / name).read_bytes()
     assert Key.load(tmp_path / "same").questionnaires == Key.load(batch).questionnaires
@@ -228,7 +248,7 @@ def test_pictures_keep_what_they_show(batch: Path, data: Path) -> None:
 
 def test_embedded_pictures(data: Path, artists: Path, tmp_path: Path) -> None:
     needs = dict.fromkeys(DataFolder(data).items()[:4], 1)
-    make_batch(data, tmp_path / "b", needs, SCHEME, Look(16, 16, embed=True), artists)
+    make_batch(data, tmp_path / "b", needs, SCHEME, Look(16, 16, embed=True), ArtistsFolder(artists))
     assert rows(tmp_path / "b")[0]["q01_d1"].startswith("data:image/png;base64,")
 
 
@@ -236,14 +256,14 @@ def test_small_data_sets_are_asked_about_as_far_as_they_go(tmp_path: Path) -> No
     data = make_data(tmp_path / "data", shapes=2, views=2)
     artists = make_artists(tmp_path / "artists", data)
     needs = dict.fromkeys(DataFolder(data).items(), 3)
-    built = make_batch(data, tmp_path / "b", needs, Scheme(), Look(16, 16), artists)
+    built = make_batch(data, tmp_path / "b", needs, Scheme(), Look(16, 16), ArtistsFolder(artists))
     assert (built.questionnaires, built.real, built.sentinels) == (3, 4, 4)
     assert len(built.notes) == 2
 
 
 def test_padding_keeps_the_picture() -> None:
     png = png_bytes(from_ink(scribble(np.random.default_rng(0), 3)))
-    longer = padded(png, len(png) + 100)
+    longer = pad_png(png, len(png) + 100)
     assert len(longer) == len(png) + 100
     import io
 
@@ -251,12 +271,12 @@ def test_padding_keeps_the_picture() -> None:
         picture.load()
         assert (np.asarray(picture) == np.asarray(before)).all()
     with pytest.raises(ValueError, match="don't fit"):
-        padded(png, len(png) + 11)
+        pad_png(png, len(png) + 11)
 
 
 def test_a_folder_that_holds_something_is_left_alone(batch: Path, data: Path, artists: Path) -> None:
     with pytest.raises(UsageError, match="holds files already"):
-        make_batch(data, batch, dict.fromkeys(DataFolder(data).items(), 3), SCHEME, Look(), artists)
+        make_batch(data, batch, dict.fromkeys(DataFolder(data).items(), 3), SCHEME, Look(), ArtistsFolder(artists))
 
 
 def test_nothing_is_left_behind_when_a_picture_is_broken(tmp_path: Path) -> None:
@@ -264,7 +284,14 @@ def test_nothing_is_left_behind_when_a_picture_is_broken(tmp_path: Path) -> None
     artists = make_artists(tmp_path / "artists", data)
     (data / "views/shape_1_0/drawings/3.png").write_bytes(b"no picture")
     with pytest.raises(InputError, match=r"3\.png"):
-        make_batch(data, tmp_path / "b", dict.fromkeys(DataFolder(data).items(), 3), SCHEME, Look(16, 16), artists)
+        make_batch(
+            data,
+            tmp_path / "b",
+            dict.fromkeys(DataFolder(data).items(), 3),
+            SCHEME,
+            Look(16, 16),
+            ArtistsFolder(artists),
+        )
     assert sorted(path.name for path in tmp_path.iterdir()) == ["artists", "data"]
 
 

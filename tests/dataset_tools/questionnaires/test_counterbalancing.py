@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dataset_tools.questionnaires.counterbalancing import Places, Positions, deal, varied
+from dataset_tools.questionnaires.counterbalancing import DrawingOrder, QuestionOrder, alternate_shapes, assign_items
 from ncmodel.data.item import Item
 
 
@@ -21,45 +21,45 @@ def test_every_item_gets_its_votes_from_the_fewest_questionnaires(
     shapes: int, views: int, votes: int, size: int, fill: bool, seed: int
 ) -> None:
     needs = dict.fromkeys(items(shapes, views), votes)
-    hands = deal(needs, size, np.random.default_rng(seed), fill)
+    blocks = assign_items(needs, size, np.random.default_rng(seed), fill)
     size = min(size, len(needs))
-    asked = Counter(item for hand in hands for item in hand)
+    asked = Counter(item for block in blocks for item in block)
     assert all(asked[item] >= votes for item in needs)
-    assert len(hands) == -(-len(needs) * votes // size)
-    assert all(len(set(hand)) == len(hand) for hand in hands)
-    assert len({len(hand) for hand in hands}) == 1
+    assert len(blocks) == -(-len(needs) * votes // size)
+    assert all(len(set(block)) == len(block) for block in blocks)
+    assert len({len(block) for block in blocks}) == 1
     if fill:
-        assert len(hands[0]) == size
+        assert len(blocks[0]) == size
     else:
-        assert sum(asked.values()) - len(needs) * votes < len(hands)
+        assert sum(asked.values()) - len(needs) * votes < len(blocks)
 
 
 @settings(max_examples=40, deadline=None)
 @given(st.integers(2, 40), st.integers(1, 3), st.integers(1, 30), st.integers(0, 99))
 def test_shapes_are_repeated_only_where_they_must_be(shapes: int, views: int, size: int, seed: int) -> None:
     needs = dict.fromkeys(items(shapes, views), 3)
-    hands = deal(needs, size, np.random.default_rng(seed), fill=False)
-    spare = len(hands) * len(hands[0]) - 3 * len(needs)
-    at_least = -(-3 * views // len(hands))  # a shape's votes, spread evenly over the questionnaires
-    for hand in hands:
-        most = Counter(item.shape for item in hand).most_common(1)[0][1]
+    blocks = assign_items(needs, size, np.random.default_rng(seed), fill=False)
+    spare = len(blocks) * len(blocks[0]) - 3 * len(needs)
+    at_least = -(-3 * views // len(blocks))  # a shape's votes, spread evenly over the questionnaires
+    for block in blocks:
+        most = Counter(item.shape for item in block).most_common(1)[0][1]
         assert most <= at_least + (1 if spare else 0)
 
 
 def test_uneven_needs_are_met_exactly_where_that_is_possible() -> None:
     needs = {Item(f"s{i}", "0"): 1 + i % 3 for i in range(12)}
-    hands = deal(needs, 8, np.random.default_rng(0), fill=False)
-    asked = Counter(item for hand in hands for item in hand)
+    blocks = assign_items(needs, 8, np.random.default_rng(0), fill=False)
+    asked = Counter(item for block in blocks for item in block)
     assert asked == needs
-    assert len(hands) == 3
+    assert len(blocks) == 3
 
 
 def test_nothing_needed_gives_nothing() -> None:
-    assert deal({Item("a", "0"): 0}, 5, np.random.default_rng(0)) == []
+    assert assign_items({Item("a", "0"): 0}, 5, np.random.default_rng(0)) == []
 
 
 def test_items_stand_at_different_places_each_time() -> None:
-    places = Places(np.random.default_rng(0))
+    places = QuestionOrder(np.random.default_rng(0))
     names = [f"item {i}" for i in range(35)]
     stood: dict[str, list[int]] = {name: [] for name in names}
     for _ in range(3):
@@ -74,14 +74,14 @@ def test_items_stand_at_different_places_each_time() -> None:
 
 
 def test_every_drawing_meets_every_position_once_in_eight_askings() -> None:
-    positions = Positions(np.random.default_rng(0))
+    positions = DrawingOrder(np.random.default_rng(0))
     rows = np.array([positions.order("item") for _ in range(8)])
     assert (np.sort(rows, axis=0) == np.arange(8)[:, None]).all()
     assert (np.sort(rows, axis=1) == np.arange(8)).all()
 
 
 def test_positions_of_first_askings_are_uniform() -> None:
-    positions = Positions(np.random.default_rng(1))
+    positions = DrawingOrder(np.random.default_rng(1))
     counts = Counter(positions.order(number).index(0) for number in range(4000))
     assert max(counts.values()) < 1.2 * 500
     assert min(counts.values()) > 0.8 * 500
@@ -89,6 +89,6 @@ def test_positions_of_first_askings_are_uniform() -> None:
 
 @pytest.mark.parametrize("views", [1, 3])
 def test_varied_begins_with_all_shapes(views: int) -> None:
-    ordered = varied(items(7, views), np.random.default_rng(0))
+    ordered = alternate_shapes(items(7, views), np.random.default_rng(0))
     assert len({item.shape for item in ordered[:7]}) == 7
     assert sorted(ordered) == sorted(items(7, views))

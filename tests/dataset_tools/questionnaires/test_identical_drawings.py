@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from dataset_tools.questionnaires.batch import make_batch
 from dataset_tools.questionnaires.batch_folder import Look
 from dataset_tools.questionnaires.identical_drawings import (
     ALL_DIFFERENT,
-    different,
+    distinct,
     find_twins,
     from_record,
     from_text,
@@ -21,7 +22,8 @@ from dataset_tools.questionnaires.identical_drawings import (
     to_text,
 )
 from dataset_tools.questionnaires.questionnaire import Key, Scheme
-from dataset_tools.simulation.crowd import make_batch, simulate_batch
+from dataset_tools.questionnaires.sentinels import ArtistsFolder
+from dataset_tools.simulation.crowd import simulate_batch
 from dataset_tools.simulation.participants import Crowd
 from dataset_tools.votes.agreement import agreeing_share, krippendorff_alpha
 from dataset_tools.votes.consensus import Rules, aggregate
@@ -32,8 +34,7 @@ from ncmodel.cli.main import main
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
 from ncmodel.errors import InputError
-from tests.dataset_tools.votes.test_consensus import vote
-from tests.helpers.crowd_data import make_artists, make_data
+from tests.helpers.crowd_data import make_artists, make_data, vote
 
 PAIRED = (0, 1, 2, 3, 0, 1, 2, 3)
 """Four different drawings, each shown twice."""
@@ -58,7 +59,7 @@ def test_twins_are_found_by_their_pictures(data: Path, tmp_path: Path) -> None:
     assert item_twins(DataFolder(data), Item("shape_0", "0")) == PAIRED
     assert item_twins(DataFolder(data), Item("shape_1", "0")) == (0,) * 8
     assert item_twins(DataFolder(data), Item("shape_2", "0")) == ALL_DIFFERENT
-    assert different(PAIRED) == [0, 1, 2, 3]
+    assert distinct(PAIRED) == [0, 1, 2, 3]
     (tmp_path / "0.png").write_bytes(b"a")
     with pytest.raises(InputError, match=r"1\.png: can't be read"):
         find_twins([tmp_path / "0.png", tmp_path / "1.png"])
@@ -147,13 +148,15 @@ def test_stand_ins_of_a_sentinel_are_different_pictures(data: Path, tmp_path: Pa
     for item in items:
         shutil.copy(artists / item.name / "0.png", artists / item.name / "1.png")
     scheme = Scheme(real=1, sentinels=1, pool=2)
-    make_batch(data, tmp_path / "b", dict.fromkeys(items, 9), scheme, Look(64, 64), artists)
+    make_batch(data, tmp_path / "b", dict.fromkeys(items, 9), scheme, Look(64, 64), ArtistsFolder(artists))
     key = Key.load(tmp_path / "b")
     with (tmp_path / "b/tasks.csv").open(newline="") as file:
-        for row in csv.DictReader(file):
-            for question in key.questionnaires[row["questionnaire"]].questions:
-                shown = [(tmp_path / "b" / row[f"{question.field}_d{place}"]).read_bytes() for place in range(1, 9)]
-                assert len(set(shown)) == len(different(question.twins))
+        rows = list(csv.DictReader(file))
+    asked = [(row, question) for row in rows for question in key.questionnaires[row["questionnaire"]].questions]
+    assert any(question.sentinel for _, question in asked)
+    for row, question in asked:
+        shown = [(tmp_path / "b" / row[f"{question.field}_d{place}"]).read_bytes() for place in range(1, 9)]
+        assert len(set(shown)) == len(distinct(question.twins))
 
 
 def test_votes_without_the_column_have_no_twins(tmp_path: Path) -> None:

@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dataset_tools.questionnaires.batch import make_batch
 from dataset_tools.questionnaires.batch_folder import Look
 from dataset_tools.questionnaires.questionnaire import NONE, Question, Scheme
 from dataset_tools.simulation.adversaries import KINDS
 from dataset_tools.simulation.artists import Artist, ArtistDrawings, artist_drawing, crowd_artists
-from dataset_tools.simulation.crowd import make_batch, sample_distances, simulate_batch
+from dataset_tools.simulation.crowd import SimulatedArtists, sample_distances, simulate_batch
 from dataset_tools.simulation.participants import Crowd, attentive, distances_between, make_crowd
 from dataset_tools.simulation.rule_trial import run_trial
 from dataset_tools.simulation.rule_trial_report import as_text, write_trial
@@ -48,7 +49,9 @@ def answered(data: Path) -> Path:
     folder = data.parent / "run"
     folder.mkdir()
     scheme = Scheme(real=6, sentinels=2, pool=4)
-    make_batch(data, folder / "batch", dict.fromkeys(DataFolder(data).items(), 3), scheme, Look(32, 32))
+    make_batch(
+        data, folder / "batch", dict.fromkeys(DataFolder(data).items(), 3), scheme, Look(32, 32), SimulatedArtists(data)
+    )
     simulate_batch(folder / "batch", folder / "results.csv", LENIENT, participants=12, seed=1)
     ingest_results(folder / "batch", [folder / "results.csv"], folder / "votes.csv")
     return folder
@@ -161,7 +164,7 @@ def test_the_stated_share_clicks_at_random() -> None:
     people = make_crowd(200, Crowd(random_clickers=0.15), near(0), 1, np.random.default_rng(0))
     assert Counter(person.kind for person in people) == {"attentive": 170, "random clicker": 30}
     assert all(person.name.startswith("simulated") for person in people)
-    with pytest.raises(UsageError, match="--random-clickers"):
+    with pytest.raises(UsageError, match=r"^random_clickers: found"):
         Crowd(random_clickers=1.5)
 
 
@@ -188,7 +191,8 @@ def test_random_clickers_are_excluded_and_their_items_topped_up(answered: Path, 
     asked = votes[~votes["sentinel"] & votes["worker"].isin(good)]
     have = Counter(map(Item, asked["shape"], asked["view"]))
     assert needs == {item: 20 - have[item] for item in DataFolder(data).items()}
-    built = make_batch(data, tmp_path / "more", needs, Scheme(real=6, sentinels=2, pool=4), Look(16, 16), fill=False)
+    scheme, artists = Scheme(real=6, sentinels=2, pool=4), SimulatedArtists(data)
+    built = make_batch(data, tmp_path / "more", needs, scheme, Look(16, 16), artists, fill=False)
     assert built.spare_votes < built.questionnaires
 
 

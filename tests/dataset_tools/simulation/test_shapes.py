@@ -4,17 +4,13 @@ import numpy as np
 import pytest
 
 from dataset_tools.simulation.shapes import KINDS, make_shape, make_shapes
-from ncmodel.types import Floats, Ints
+from ncmodel.types import Ints
+from tests.helpers.dirty import signed_volume
 
 
 def edge_counts(faces: Ints) -> Ints:
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     return np.unique(edges, axis=0, return_counts=True)[1]
-
-
-def signed_volume(vertices: Floats, faces: Ints) -> float:
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
 
 
 @pytest.mark.parametrize("kind", sorted(KINDS))

@@ -19,9 +19,10 @@ from typing import Any
 import playwright.sync_api as playwright
 import pytest
 
+from dataset_tools.questionnaires.batch import make_batch
 from dataset_tools.questionnaires.batch_folder import Look
 from dataset_tools.questionnaires.questionnaire import Key, Scheme
-from dataset_tools.simulation.crowd import make_batch
+from dataset_tools.questionnaires.sentinels import ArtistsFolder
 from dataset_tools.votes.ingest import ingest_results
 from ncmodel.data.data_folder import DataFolder
 from tests.helpers.crowd_data import make_artists, make_data, vote_rows
@@ -63,7 +64,14 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def make(data: Path, folder: Path, look: Look, real: int = 5, votes: int = 3) -> Path:
     scheme = Scheme(real=real, sentinels=2, pool=5)
-    make_batch(data, folder, dict.fromkeys(DataFolder(data).items(), votes), scheme, look, data.parent / "artists")
+    make_batch(
+        data,
+        folder,
+        dict.fromkeys(DataFolder(data).items(), votes),
+        scheme,
+        look,
+        ArtistsFolder(data.parent / "artists"),
+    )
     return folder
 
 

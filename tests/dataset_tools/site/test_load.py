@@ -16,9 +16,10 @@ from pathlib import Path
 import httpx2
 import pytest
 
+from dataset_tools.questionnaires.batch import make_batch
 from dataset_tools.questionnaires.batch_folder import Look
 from dataset_tools.questionnaires.questionnaire import Key, Scheme
-from dataset_tools.simulation.crowd import make_batch
+from dataset_tools.questionnaires.sentinels import ArtistsFolder
 from dataset_tools.votes.ingest import ingest_results
 from ncmodel.data.data_folder import DataFolder
 from tests.helpers.crowd_data import make_artists, make_data, vote_rows
@@ -112,7 +113,9 @@ def test_two_hundred_at_once_and_a_killed_server(tmp_path: Path) -> None:
     data = make_data(tmp_path / "data", shapes=20, views=1)
     artists = make_artists(tmp_path / "artists", data)
     needs = dict.fromkeys(DataFolder(data).items(), PARTICIPANTS // 2)
-    make_batch(data, tmp_path / "batch", needs, Scheme(real=10, sentinels=2, pool=5), Look(16, 16), artists)
+    make_batch(
+        data, tmp_path / "batch", needs, Scheme(real=10, sentinels=2, pool=5), Look(16, 16), ArtistsFolder(artists)
+    )
     key, db = Key.load(tmp_path / "batch"), tmp_path / "votes.sqlite"
     assert len(key.questionnaires) == PARTICIPANTS
     with socket.socket() as probe:

@@ -19,14 +19,7 @@ from dataset_tools.votes.votes import Vote, to_frame
 from ncmodel.data.item import Item
 from ncmodel.data.pairs import write_pairs
 from ncmodel.errors import UsageError
-
-
-def vote(worker: str, shape: str, choice: int, **more: object) -> Vote:
-    values: dict[str, object] = {
-        "worker": worker, "assignment": f"a-{worker}", "questionnaire": "q", "question": 1, "shape": shape, "view": "0",
-        "choice": choice, "sentinel": False, "passed": None, "seconds": 5.0, "source": "mturk",
-    }  # fmt: skip
-    return Vote(**{**values, **more})  # type: ignore[arg-type]
+from tests.helpers.crowd_data import vote
 
 
 def sentinel(worker: str, passed: bool, **more: object) -> Vote:

@@ -161,7 +161,7 @@ def found(view: View) -> grid.Search:
 
 
 def test_the_grid_search_finds_the_thresholds_that_drew_the_reference(found: grid.Search) -> None:
-    assert found.levels == pytest.approx(np.linspace(0, 1, LEVELS))
+    assert found.thresholds == pytest.approx(np.linspace(0, 1, LEVELS))
     both = found.best(SC, AR)
     assert both.families == (*ALWAYS, *SC, *AR)
     # Within a step: a union's thin lines aren't quite those of a drawing of both families.
@@ -174,7 +174,7 @@ def test_every_variant_draws_its_families_at_the_best_of_its_levels(found: grid.
     assert list(found.methods) == ["SC-grid", "RV-grid", "AR-grid", "all-grid"]
     assert [m.families for m in found.methods.values()] == [(*ALWAYS, *kinds) for kinds in (SC, RV, AR, SC + RV + AR)]
     ridges = found.methods["RV-grid"].thresholds
-    assert ridges.ridges == ridges.valleys == found.levels[int(np.argmin(found.costs[LEVELS, :-1, LEVELS]))]
+    assert ridges.ridges == ridges.valleys == found.thresholds[int(np.argmin(found.costs[LEVELS, :-1, LEVELS]))]
     assert found.best() == plan((), Thresholds(None, None, None, None))
     for settings in found.methods.values():
         assert drawn(view, settings).any()
@@ -184,7 +184,7 @@ def test_costs_are_close_to_those_of_the_final_drawings(found: grid.Search, view
     truth = drawn(view, plan(SC + AR, Thresholds(suggestive=0.1, apparent=0.1)))
     target = target_of(truth)
     for index in [(0, 0, 0), (1, 2, 3), (5, 1, 2), (2, 5, 5)]:
-        s, r, a = (found.levels[place] for place in index)
+        s, r, a = (found.thresholds[place] for place in index)
         drawing = target.prepare(drawn(view, plan(SC + RV + AR, Thresholds(s, r, r, a))))
         exact = chamfer_distance(drawing, target.references["0"])
         assert found.costs[index] == pytest.approx(exact, rel=0.15, abs=0.3)

@@ -21,15 +21,11 @@ from ncmodel.scene.seams import sew_seams
 from ncmodel.scene.surface import Surface
 from ncmodel.types import Floats, Ints, Mesh
 from tests.helpers import analytic
-from tests.helpers.dirty import box, hemisphere, joined, moebius
+from tests.helpers.dirty import box, hemisphere, joined, moebius, moved
 
 Geometry = tuple[Floats, Ints]
 
 BUNDLED = ("bunny.obj", "bunny10k_textured.obj", "airplane.obj", "cow.obj", "bone.ply", "cube.obj")
-
-
-def moved(part: Geometry, by: tuple[float, float, float]) -> Geometry:
-    return part[0] + np.array(by), part[1]
 
 
 MADE: dict[str, Callable[[], Geometry]] = {

@@ -2,7 +2,6 @@
 
 import json
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -28,6 +27,9 @@ from ncmodel.nets.presets import RankingDims
 from ncmodel.nets.ranking import RankingModule
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
+from tests.helpers.dirty import signed_volume
+
+pytestmark = pytest.mark.usefixtures("one_thread")
 
 
 @pytest.mark.parametrize("faces", [1_000, 10_000, 100_000])
@@ -37,9 +39,7 @@ def test_the_mesh_is_closed_and_has_about_the_faces_asked_for(faces: int) -> Non
     assert len(mesh.vertices) * 2 == len(mesh.faces)
     surface = Surface(mesh)
     assert surface.is_closed
-    a, b, c = (mesh.vertices[mesh.faces[:, corner]] for corner in range(3))
-    volume = np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0
-    assert volume > 0.0
+    assert signed_volume(mesh.vertices, mesh.faces) > 0
 
 
 def test_every_family_has_lines_to_extract() -> None:
@@ -118,14 +118,11 @@ def test_the_text_holds_all_tables() -> None:
 
 
 @pytest.fixture(scope="module")
-def ranker() -> Iterator[Model]:
+def ranker() -> Model:
     """A small ranking module that hasn't learnt anything."""
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)  # on a busy machine, threads that wait for each other are many times slower
     torch.manual_seed(0)
     preset = replace(PRESETS_OF_NETWORKS["tiny"], ranking=RankingDims(size=32, width=2, blocks=(1, 1)))
-    yield Model(Checkpoint(preset, ranker=RankingModule(preset.ranking)))
-    torch.set_num_threads(threads)
+    return Model(Checkpoint(preset, ranker=RankingModule(preset.ranking)))
 
 
 def test_a_model_s_drawings_are_compared_with_its_most_thorough_one(

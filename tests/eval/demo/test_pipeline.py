@@ -1,4 +1,4 @@
-"""The whole road on a tiny case, stopped and started again; what training may see; the page."""
+"""The whole pipeline on a tiny case, stopped and started again; what training may see; the page."""
 
 import json
 import re
@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from eval.demo.held_out import split_for_training
-from eval.demo.pipeline import FULL, Plan, bundled_meshes, claim_folder, held_out_shapes, road
+from eval.demo.pipeline import FULL, Plan, bundled_meshes, claim_folder, held_out_shapes, pipeline_stages
 from eval.demo.report import METHODS, summary_text, write_demo_report
 from eval.demo.stages import run_stages
 from ncmodel.errors import UsageError
@@ -28,7 +28,7 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a tiny demo, run to its end."""
     out = tmp_path_factory.mktemp("demo") / "out"
     claim_folder(out, "tiny")
-    stages = road(out, TINY, seed=0)
+    stages = pipeline_stages(out, TINY, seed=0)
     measured = run_stages(stages, out)
     write_demo_report(out, [(stage, measured[stage.name]) for stage in stages])
     return out
@@ -49,7 +49,7 @@ def test_the_road_ends_in_a_judged_model(finished: Path) -> None:
 
 def test_started_again_it_does_nothing_twice(finished: Path) -> None:
     before = {path: path.stat().st_mtime_ns for path in finished.rglob("*") if path.is_file()}
-    run_stages(road(finished, TINY, seed=0), finished)
+    run_stages(pipeline_stages(finished, TINY, seed=0), finished)
     assert {path: path.stat().st_mtime_ns for path in before} == before
 
 
@@ -57,7 +57,7 @@ def test_the_page_stands_alone_and_says_simulated(finished: Path) -> None:
     page = (finished / "report.html").read_text(encoding="utf-8")
     assert not re.findall(r'(?:src|href)="(?!data:|#)[^"]*"', page)
     assert "simulated" in page
-    for stage in road(finished, TINY, seed=0):
+    for stage in pipeline_stages(finished, TINY, seed=0):
         assert stage.title in page
 
 

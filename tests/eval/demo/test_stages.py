@@ -5,13 +5,13 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from eval.demo.stages import Stage, measure, run_stages
 from ncmodel.errors import BatchError, InputError, NeuralContoursError
+from tests.helpers.waiting import wait_until
 
 
 def append(path: Path, text: str) -> None:
@@ -104,17 +104,17 @@ def test_a_spoiled_record_is_named(tmp_path: Path) -> None:
 
 
 def test_a_killed_road_leaves_no_stage_behind(tmp_path: Path) -> None:
-    road = subprocess.Popen([sys.executable, "-c", ROAD, str(tmp_path)], stderr=subprocess.DEVNULL)
+    pipeline = subprocess.Popen([sys.executable, "-c", PIPELINE, str(tmp_path)], stderr=subprocess.DEVNULL)
     pid_file = tmp_path / "pid"
-    _wait_until(pid_file.exists)
+    wait_until(pid_file.exists)
     stage = int(pid_file.read_text(encoding="utf-8"))
     assert _alive(stage)
-    road.kill()
-    road.wait()
-    _wait_until(lambda: not _alive(stage))
+    pipeline.kill()
+    pipeline.wait()
+    wait_until(lambda: not _alive(stage))
 
 
-ROAD = """
+PIPELINE = """
 import sys
 from pathlib import Path
 from tests.eval.demo.test_stages import linger
@@ -136,10 +136,3 @@ def _alive(pid: int) -> bool:
     except FileNotFoundError:
         return False
     return state != "Z"
-
-
-def _wait_until(condition: Callable[[], bool], seconds: float = 60.0) -> None:
-    end = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.05)

@@ -1,5 +1,7 @@
 """Drawings against references in memory: pairs, silhouettes, several references, methods beside each other."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -43,7 +45,7 @@ def test_scores_and_comparisons_are_tables() -> None:
     table = found.to_frame().set_index(["method", "measure"])
     assert set(table.index) == {(method, measure) for method in ("ours", "others") for measure in MEASURES}
     assert table.dtypes.astype(str).to_dict() == dict.fromkeys(("mean", "low", "high"), "float64")
-    row = table.loc["others", "chamfer"]
+    row: Any = table.loc[("others", "chamfer")]
     assert (row["mean"], row["low"], row["high"]) == (
         found.mean("others").chamfer, found.interval("others", "chamfer").low, found.interval("others", "chamfer").high,
     )  # fmt: skip

@@ -12,17 +12,9 @@ from ncmodel.camera import Camera
 from ncmodel.cli.draw import THUMBNAIL
 from ncmodel.cli.main import main
 from tests.helpers import analytic
+from tests.helpers.mesh_files import write_obj
 
 FAMILIES = "contours,boundaries,creases,suggestive,ridges,valleys,apparent"
-
-
-def write_obj(path: Path, geometry: tuple[np.ndarray, np.ndarray]) -> Path:
-    vertices, faces = geometry
-    rows = ["v {} {} {}".format(*v) for v in vertices.tolist()] + [
-        "f {} {} {}".format(*f) for f in (faces + 1).tolist()
-    ]
-    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
-    return path
 
 
 @pytest.fixture

@@ -22,8 +22,8 @@ from ncmodel.mesh.load import make_mesh
 from ncmodel.types import Floats, Ints, LineFamily, Thresholds
 from tests.helpers import analytic
 from tests.helpers.extreme_meshes import MESHES, Builder, slivers
-from tests.ncmodel.cli.test_draw import write_obj
-from tests.ncmodel.scene.test_extremes import eyes
+from tests.helpers.mesh_files import write_obj
+from tests.helpers.views import eyes
 
 ALL = ",".join(LineFamily)
 TORUS = analytic.torus(18, 10)
@@ -75,10 +75,14 @@ def check(drawing: Drawing) -> None:
 def test_every_view_of_every_mesh_is_drawn(name: str) -> None:
     mesh = make_mesh(*DRAWN[name](), name)
     views = {**eyes(mesh), "in its plane": (0.0, 0.0, 3.0), "below": (0.0, -3.0, 0.0)}
+    strokes = 0
     for eye in views.values():
         for target in ((3.0, 0.1, 0.2), (0.0, 0.0, 0.0)):
             camera = Camera(eye, target, width=64, height=40, focal_pixels=80.0)
-            check(draw(mesh, camera, list(LineFamily)))
+            drawing = draw(mesh, camera, list(LineFamily))
+            check(drawing)
+            strokes += len(drawing.strokes)
+    assert strokes > 3, "not all views are blank"
 
 
 @pytest.mark.parametrize("size", [(1, 1), (1, 200), (200, 1)])
@@ -90,19 +94,23 @@ def test_sizes_and_thresholds(size: tuple[int, int], threshold: float) -> None:
         check(drawing)
         if threshold > 1:
             assert {stroke.family for stroke in drawing.strokes} <= {"contours", "boundaries", "creases"}
+        elif size != (1, 1):
+            assert drawing.strokes, name
 
 
 def finite_numbers(path: Path) -> bool:
-    """Whether a written file is whole and holds nothing but numbers."""
+    """Whether a written file is whole, shows lines, and holds nothing but numbers."""
     if path.suffix == ".svg":
-        return not re.search(r' d="[^"]*[a-z]', ET.canonicalize(path.read_text(encoding="utf-8")))
+        document = ET.canonicalize(path.read_text(encoding="utf-8"))
+        return ' d="M' in document and not re.search(r' d="[^"]*[a-z]', document)
     if path.suffix == ".png":
-        return cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) is not None
+        image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+        return image is not None and int(image.min()) < 255
     if path.suffix == ".pdf":
         content = zlib.decompress(path.read_bytes().split(b"stream\n", 1)[1].split(b"\nendstream", 1)[0])
-        return not re.search(rb"nan|inf|\de", content)
+        return b" l" in content and not re.search(rb"nan|inf|\de", content)
     with np.load(path) as arrays:
-        return all(bool(np.isfinite(arrays[key]).all()) for key in arrays)
+        return len(arrays) > 20 and all(bool(np.isfinite(arrays[key]).all()) for key in arrays)
 
 
 def command(folder: Path, name: str, geometry: tuple[Floats, Ints], suffix: str) -> tuple[int, Path]:

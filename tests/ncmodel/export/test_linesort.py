@@ -7,10 +7,7 @@ import pytest
 
 from ncmodel.export.linesort import LEAF, pen_order
 from ncmodel.types import Floats, Stroke
-
-
-def pen_reversed(stroke: Stroke) -> Stroke:
-    return Stroke(stroke.family, stroke.points[::-1], stroke.alpha[::-1])
+from tests.helpers.strokes import pen_reversed
 
 
 def lines(ends: Floats) -> list[Stroke]:

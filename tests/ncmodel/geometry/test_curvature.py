@@ -6,24 +6,10 @@ import pytest
 from ncmodel.camera import Camera
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
-from ncmodel.types import Floats, Ints, Mesh
+from ncmodel.types import Floats, Mesh
 from tests.helpers import analytic, spec_oracle
 from tests.helpers.spec_oracle import Oracle
-
-EYE = (1.3, 1.1, 2.4)
-
-
-def bumpy(amplitude: float = 0.1, frequency: float = 9.0) -> tuple[Floats, Ints]:
-    """A small closed mesh with obtuse and acute faces, no symmetry, curvatures of both signs."""
-    vertices, faces = analytic.torus(18, 10, 0.35, 0.15)
-    rng = np.random.default_rng(0)
-    return vertices * (1 + amplitude * np.sin(frequency * vertices[:, :1])) + rng.normal(
-        scale=4e-3, size=vertices.shape
-    ), faces
-
-
-def seen(surface: tuple[Floats, Ints]) -> View:
-    return View(Surface(Mesh(*surface)), Camera(EYE))
+from tests.helpers.views import EYE, bumpy, seen
 
 
 @pytest.fixture(scope="module")

@@ -5,18 +5,9 @@ import pytest
 
 from ncmodel.camera import Camera
 from ncmodel.geometry.raycast import RayScene
-from ncmodel.types import Floats, Ints, Mesh
+from ncmodel.types import Mesh
 from tests.helpers import analytic
-
-
-def traced(vertices: Floats, faces: Ints, origin: Floats, direction: Floats) -> tuple[float, int]:
-    """The nearest of all triangles along a ray, by Cramer's rule; its distance and index."""
-    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
-    columns = np.stack([b - a, c - a, np.broadcast_to(-direction, a.shape)], axis=2)
-    with np.errstate(all="ignore"):
-        u, v, t = np.linalg.solve(columns, (origin - a)[..., None])[..., 0].T
-    t = np.where((u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0), t, np.inf)
-    return float(t.min()), int(t.argmin()) if np.isfinite(t.min()) else -1
+from tests.helpers.oracles import traced
 
 
 @pytest.fixture(scope="module")

@@ -12,16 +12,13 @@ from ncmodel.lines.occlusion import HIDDEN, HIDDEN_NEARBY, SEEN
 from ncmodel.lines.visibility import FRAME_MARGIN, _without_flicker
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
-from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mesh, Segments, Threshold
+from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mesh, Threshold
 from tests.helpers import analytic
-from tests.helpers.dirty import box, joined
-from tests.ncmodel.geometry.test_raycast import traced
+from tests.helpers.dirty import box, joined, moved
+from tests.helpers.oracles import traced
+from tests.helpers.segments import length
 
 Geometry = tuple[Floats, Ints]
-
-
-def moved(part: Geometry, by: tuple[float, float, float]) -> Geometry:
-    return part[0] + np.array(by), part[1]
 
 
 def view_of(geometry: Geometry, camera: Camera) -> View:
@@ -30,10 +27,6 @@ def view_of(geometry: Geometry, camera: Camera) -> View:
 
 def visible(geometry: Geometry, camera: Camera, family: LineFamily) -> LineSet:
     return view_of(geometry, camera).visible(family)
-
-
-def length(lines: LineSet | Segments) -> float:
-    return float(np.linalg.norm(lines.points[:, 1] - lines.points[:, 0], axis=1).sum())
 
 
 def edges_of(view: View) -> LineSet:
@@ -77,7 +70,7 @@ def test_sphere_behind_another_is_hidden_where_they_overlap() -> None:
 def test_cube_shows_nine_edges() -> None:
     camera = Camera((2.0, 1.5, 2.5))
     lines = visible(analytic.cube(), camera, LineFamily.CREASES)
-    assert length(lines) == pytest.approx(9.0, abs=0.01)
+    assert length(lines.points) == pytest.approx(9.0, abs=0.01)
     hidden_corner = np.array([-0.5, -0.5, -0.5])
     assert np.linalg.norm(lines.points - hidden_corner, axis=2).min() > 0.99
 
@@ -88,10 +81,10 @@ def test_touching_cubes_hide_each_other() -> None:
     lines = visible(stacked, camera, LineFamily.CREASES)
     middle = lines.points.mean(axis=1)
     lower = middle[:, 1] < 1 - 1e-6
-    assert length(lines.take(lower)) == pytest.approx(5.0, abs=0.02)  # three upright, two below
+    assert length(lines.take(lower).points) == pytest.approx(5.0, abs=0.02)  # three upright, two below
     # The upper cube stands on the lower one's top: two of its bottom edges are seen, on the touching plane.
     bottom = np.isclose(middle[:, 1], 1.0) & (np.abs(middle[:, [0, 2]] - 0.5).max(axis=1) < 0.26)
-    assert length(lines.take(bottom)) == pytest.approx(1.0, abs=0.01)
+    assert length(lines.take(bottom).points) == pytest.approx(1.0, abs=0.01)
 
 
 @pytest.mark.parametrize("ground", [0.0, 1.0, 1e4])
@@ -104,18 +97,18 @@ def test_a_thin_fin_close_before_a_wall(ground: float) -> None:
     lines = lines.take(lines.points[..., 1].min(axis=1) > -1.0)
     of_fin = lines.points[..., 2].min(axis=1) > 0.0005
     # All front edges, and the short ones to the back that are seen.
-    assert length(lines.take(of_fin)) == pytest.approx(4.0, abs=0.02)
-    assert length(lines.take(~of_fin)) == pytest.approx(4.0, abs=0.1)
+    assert length(lines.take(of_fin).points) == pytest.approx(4.0, abs=0.02)
+    assert length(lines.take(~of_fin).points) == pytest.approx(4.0, abs=0.1)
 
 
 def test_shells_that_coincide_are_seen_as_one() -> None:
     torus = analytic.torus(48, 24)
     camera = Camera.orbit(torus[0], elevation=40.0)
     once, twice = (visible(g, camera, LineFamily.CONTOURS) for g in (torus, joined(torus, torus)))
-    assert length(twice) == pytest.approx(2 * length(once), rel=0.01)
+    assert length(twice.points) == pytest.approx(2 * length(once.points), rel=0.01)
     crossed = joined(analytic.cube(), analytic.cube())
     seen = visible(crossed, Camera((2.0, 1.5, 2.5)), LineFamily.CREASES)
-    assert length(seen) == pytest.approx(2 * 9.0, rel=0.01)
+    assert length(seen.points) == pytest.approx(2 * 9.0, rel=0.01)
 
 
 @pytest.mark.parametrize("azimuth", [0.0, 35.0, 70.0])
@@ -140,7 +133,7 @@ def bowl() -> Geometry:
 
 def test_open_bowl_from_above_shows_all_of_its_rim() -> None:
     camera = Camera((0.0, 2.0, 2.5))
-    assert length(visible(bowl(), camera, LineFamily.BOUNDARIES)) == pytest.approx(np.pi, rel=0.01)
+    assert length(visible(bowl(), camera, LineFamily.BOUNDARIES).points) == pytest.approx(np.pi, rel=0.01)
 
 
 def test_open_bowl_from_below_hides_the_far_rim() -> None:
@@ -148,7 +141,7 @@ def test_open_bowl_from_below_hides_the_far_rim() -> None:
     lines = visible(bowl(), camera, LineFamily.BOUNDARIES)
     # Seen where the sphere's outside faces the eye, p.eye > r^2, and on along the outline for a fraction of a pixel.
     assert (lines.points @ np.array(camera.eye) > 0.25 - 0.12).all()
-    assert 1.0 < length(lines) / (2 * 0.5 * np.arccos(0.25 / (0.5 * 2.5))) < 1.08
+    assert 1.0 < length(lines.points) / (2 * 0.5 * np.arccos(0.25 / (0.5 * 2.5))) < 1.08
 
 
 def test_edges_just_inside_an_outline_belong_to_it() -> None:
@@ -166,7 +159,7 @@ def test_edges_just_inside_an_outline_belong_to_it() -> None:
         across = np.ptp(lines.points[..., 0], axis=1) > 0.99
         level = np.ptp(lines.points[..., 1], axis=1) < 1e-9
         upper = lines.take(across & level & (lines.points[:, 0, 1] > -0.5))
-        assert length(view.unhidden(upper)) == pytest.approx(seen, abs=0.02)
+        assert length(view.unhidden(upper).points) == pytest.approx(seen, abs=0.02)
 
 
 @pytest.mark.parametrize(("height", "shown"), [(2.0, True), (-2.0, False)])
@@ -183,7 +176,7 @@ def test_back_of_a_sheet_shows_its_creases() -> None:
     faces = np.array([[0, 1, 4], [0, 4, 3], [1, 2, 5], [1, 5, 4]])
     for turned in (faces, faces[:, ::-1].copy()):
         lines = visible((vertices, turned), Camera((0.3, 0.5, 4.0), (0, 0.5, 0)), LineFamily.CREASES)
-        assert length(lines) == pytest.approx(1.0, abs=0.01)
+        assert length(lines.points) == pytest.approx(1.0, abs=0.01)
 
 
 def test_lines_of_boxes_agree_with_brute_force() -> None:
@@ -272,7 +265,7 @@ def test_pieces_keep_what_lines_carry() -> None:
     torus = analytic.torus(48, 24)
     view = view_of(torus, Camera.orbit(torus[0]))
     whole, seen = view.lines(LineFamily.APPARENT), view.visible(LineFamily.APPARENT)
-    assert 0 < length(seen) < length(whole)
+    assert 0 < length(seen.points) < length(whole.points)
     assert seen.scale == whole.scale
     for piece in range(0, len(seen), 7):
         source = np.flatnonzero(whole.face == seen.face[piece])

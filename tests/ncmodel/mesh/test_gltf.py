@@ -1,7 +1,6 @@
 """glTF: buffers, accessors, primitives, scenes, skins, and what isn't read."""
 
 import base64
-import copy
 import json
 import struct
 from collections.abc import Callable
@@ -15,33 +14,10 @@ from ncmodel.errors import MeshError
 from ncmodel.mesh.gltf import read_gltf
 from ncmodel.mesh.load import load_mesh
 from ncmodel.types import Floats
-from tests.ncmodel.mesh.test_load import tetrahedron
+from tests.helpers.gltf_files import INDICES, POSITIONS, as_glb, scene
+from tests.helpers.mesh_files import tetrahedron
 
 VERTICES, FACES = tetrahedron()
-POSITIONS, INDICES = VERTICES.astype("<f4").tobytes(), FACES.astype("<u2").tobytes()
-RECORD: dict[str, Any] = {
-    "asset": {"version": "2.0"},
-    "scene": 0,
-    "scenes": [{"nodes": [0]}],
-    "nodes": [{"mesh": 0}],
-    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
-    "accessors": [
-        {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3"},
-        {"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"},
-    ],
-    "bufferViews": [
-        {"buffer": 0, "byteLength": 48},
-        {"buffer": 0, "byteOffset": 48, "byteLength": 24},
-    ],
-    "buffers": [{"uri": "a.bin", "byteLength": 72}],
-}
-
-
-def scene(changes: Callable[[dict[str, Any]], object] | None = None) -> dict[str, Any]:
-    record = copy.deepcopy(RECORD)
-    if changes is not None:
-        changes(record)
-    return record
 
 
 def read(folder: Path, record: object, data: bytes = POSITIONS + INDICES) -> tuple[Floats, Floats]:
@@ -50,13 +26,6 @@ def read(folder: Path, record: object, data: bytes = POSITIONS + INDICES) -> tup
     (folder / "a.gltf").write_text(json.dumps(record), encoding="utf-8")
     vertices, faces = read_gltf(folder / "a.gltf")
     return vertices, vertices[faces]
-
-
-def as_glb(record: dict[str, Any], data: bytes) -> bytes:
-    text = json.dumps(record).encode()
-    text += b" " * (-len(text) % 4)
-    chunks = struct.pack("<II", len(text), 0x4E4F534A) + text + struct.pack("<II", len(data), 0x004E4942) + data
-    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 
 def test_buffers_beside_inside_and_in_the_text(tmp_path: Path) -> None:

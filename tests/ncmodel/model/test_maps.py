@@ -4,21 +4,17 @@ import numpy as np
 import pytest
 import torch
 
-from ncmodel.camera import Camera
 from ncmodel.drawing.draw import draw_view
 from ncmodel.drawing.plan import Plan
 from ncmodel.model.filters import line_drawing
 from ncmodel.model.maps import line_maps, network_maps
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
-from ncmodel.types import FILTERED_FAMILIES, Floats, Image, Ints, LineFamily, Mesh, Thresholds
+from ncmodel.types import FILTERED_FAMILIES, Image, LineFamily, Thresholds
 from tests.helpers.analytic import monkey_saddle, plane, torus
+from tests.helpers.views import orbited
 
 SIDE = 128
-
-
-def seen(vertices: Floats, faces: Ints, side: int = SIDE) -> View:
-    return View(Surface(Mesh(vertices, faces)), Camera.orbit(vertices, size=(side, side)))
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +22,8 @@ def bumpy() -> View:
     """A torus squeezed out of shape, so that every family has lines of many strengths."""
     vertices, faces = torus()
     x, y, z = vertices.T
-    return seen(np.stack([x * (1 + 0.3 * np.sin(7 * y)), y * 1.4, z * (1 + 0.25 * np.sin(9 * x))], axis=1), faces)
+    bent = np.stack([x * (1 + 0.3 * np.sin(7 * y)), y * 1.4, z * (1 + 0.25 * np.sin(9 * x))], axis=1)
+    return orbited(bent, faces, SIDE)
 
 
 def geometric_drawing(view: View, thresholds: dict[LineFamily, float]) -> Image:
@@ -96,14 +93,14 @@ def test_only_the_families_asked_for_are_computed(bumpy: View) -> None:
 
 
 def test_open_surfaces_have_boundaries() -> None:
-    view = seen(*monkey_saddle())
+    view = orbited(*monkey_saddle(), SIDE)
     maps = line_maps(view)
     assert maps.boundaries.max() > 0.3
     assert np.isfinite(maps.features).all()
 
 
 def test_a_plane_has_no_filtered_lines_and_units_that_are_numbers() -> None:
-    maps = line_maps(seen(*plane()))
+    maps = line_maps(orbited(*plane(), SIDE))
     assert np.isfinite(maps.p90).all()
     assert (maps.p90 > 0).all()
     assert np.isfinite(maps.features).all()

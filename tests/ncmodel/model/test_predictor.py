@@ -1,7 +1,6 @@
 """The model as `draw` uses it: what each variant computes, what it chooses, and what it can't do."""
 
 import json
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,8 +21,11 @@ from ncmodel.nets.ranking import RankingModule
 from ncmodel.nets.translation import TranslationBranch
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
-from ncmodel.types import FILTERED_FAMILIES, Floats, Ints, LineFamily, Mesh
+from ncmodel.types import FILTERED_FAMILIES, LineFamily, Mesh
 from tests.helpers.analytic import monkey_saddle, torus
+from tests.helpers.views import orbited
+
+pytestmark = pytest.mark.usefixtures("one_thread")
 
 GEOMETRY_STAGES = {"curvature", "dcurv", "outlines", "view_curvature", "line_maps", "threshold_search"}
 
@@ -36,14 +38,6 @@ PRESET = Preset(
     ANY_RATES,
     ANY_RATES,
 )
-
-
-@pytest.fixture(autouse=True, scope="module")
-def one_thread() -> Iterator[None]:
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(before)
 
 
 def networks(seed: int = 0) -> Checkpoint:
@@ -78,10 +72,6 @@ def with_edges() -> Checkpoint:
     return Checkpoint(PRESET, networks().ranker, ShadedEdges(PRESET.translation))
 
 
-def seen(vertices: Floats, faces: Ints, side: int = SEEN_SIDE) -> View:
-    return View(Surface(Mesh(vertices, faces)), Camera.orbit(vertices, size=(side, side)))
-
-
 @pytest.fixture(scope="module")
 def bent() -> Surface:
     vertices, faces = torus(48, 24)
@@ -91,7 +81,7 @@ def bent() -> Surface:
 
 def view_of(surface: Surface, side: int = SEEN_SIDE) -> View:
     """A view that shares no view-independent quantities either, so that its trace is its own."""
-    return seen(surface.mesh.vertices, surface.mesh.faces, side)
+    return orbited(surface.mesh.vertices, surface.mesh.faces, side)
 
 
 def test_variants_are_what_the_networks_allow() -> None:
@@ -178,7 +168,7 @@ def test_choices_are_deterministic(bent: Surface) -> None:
 
 
 def test_boundaries_are_a_choice_where_there_are_some() -> None:
-    view = seen(*monkey_saddle(16))
+    view = orbited(*monkey_saddle(16), SEEN_SIDE)
     for sign in (1.0, -1.0):
         model = Model(Checkpoint(PRESET, ranker=InkLover(PRESET.ranking, sign)))
         assert (LineFamily.BOUNDARIES in model.choose(view, "geometry", "draft").families) == (sign > 0)

@@ -9,7 +9,8 @@ import pytest
 from ncmodel.export.rasterize import draw_segments
 from ncmodel.model.letterbox import Square
 from ncmodel.model.ridge_detection import IMAGE_FAMILY, RidgeOptions, _pruned, find_ridges, polylines
-from ncmodel.types import Floats, Image
+from ncmodel.types import Image
+from tests.helpers.segments import length
 
 SIDE = 96
 
@@ -25,10 +26,6 @@ def circle(radius: float) -> Image:
     angle = np.linspace(0, 2 * np.pi, 200)
     around = SIDE / 2 + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     return lines(*(tuple(np.concatenate(pair).tolist()) for pair in itertools.pairwise(around)))
-
-
-def length(points: Floats) -> float:
-    return float(np.linalg.norm(points[:, 1] - points[:, 0], axis=1).sum())
 
 
 @pytest.mark.parametrize("angle", [0, 10, 30, 45, 60, 80, 90, 135, 170])

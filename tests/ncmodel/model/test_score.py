@@ -91,22 +91,24 @@ def ink_left(lines: LineMaps, family: int, t: float) -> float:
 @pytest.mark.parametrize("share", [0.05, 0.25, 0.5, 0.9, 0.999])
 def test_levels_leave_the_share_of_ink_asked_for(family: int, share: float) -> None:
     lines, maps, _ = example(seed=family)
-    level = DrawingScore(ranker(), maps, lines).level(family, share)
-    assert ink_left(lines, family, level) == pytest.approx(share, abs=1e-6)
+    threshold = DrawingScore(ranker(), maps, lines).threshold_leaving(family, share)
+    assert ink_left(lines, family, threshold) == pytest.approx(share, abs=1e-6)
 
 
 def test_levels_at_the_ends() -> None:
     lines, maps, _ = example()
     score = DrawingScore(ranker(), maps, lines)
-    assert score.level(2, 1.0) == pytest.approx(0.0, abs=1e-9)
-    assert score.level(2, 0.0) == pytest.approx(float(lines.features[2].max()))
+    assert score.threshold_leaving(2, 1.0) == pytest.approx(0.0, abs=1e-9)
+    assert score.threshold_leaving(2, 0.0) == pytest.approx(float(lines.features[2].max()))
 
 
 def test_levels_of_lines_that_are_all_as_strong() -> None:
     lines, maps, _ = example()
     same = LineMaps(lines.lines, np.full_like(lines.features, 2.0), lines.contours, lines.boundaries, lines.p90)
     score = DrawingScore(ranker(), maps, same)
-    assert [score.level(0, share) for share in (1.0, 0.75, 0.5, 0.0)] == pytest.approx([0.0, 0.5, 1.0, 2.0], abs=1e-6)
+    assert [score.threshold_leaving(0, share) for share in (1.0, 0.75, 0.5, 0.0)] == pytest.approx(
+        [0.0, 0.5, 1.0, 2.0], abs=1e-6
+    )
 
 
 def test_presence_of_families_and_boundaries() -> None:

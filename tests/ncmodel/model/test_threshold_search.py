@@ -31,7 +31,7 @@ class Known:
     def has_boundaries(self) -> bool:
         return self.boundary_gain is not None
 
-    def level(self, family: int, share: float) -> float:
+    def threshold_leaving(self, family: int, share: float) -> float:
         assert self.present[family]
         return float(np.interp(share, [0.0, 0.5, 1.0], [self.largest, self.half, 0.0]))
 
@@ -86,7 +86,7 @@ def test_the_higher_of_two_hills_is_climbed() -> None:
 def test_a_point_of_the_grid_is_kept_where_climbing_gains_nothing() -> None:
     """A spike at one grid point, whose slope leads nowhere."""
     for budget in (BUDGETS["balanced"], BUDGETS["accurate"]):
-        low, high = (Known(hill).level(0, share) for share in (budget.shares[1], 0.0))
+        low, high = (Known(hill).threshold_leaving(0, share) for share in (budget.shares[1], 0.0))
         spike = [low, high, low, high]
         found = optimise(Known(lambda t, spike=spike: float(t.tolist() == spike)), budget)  # type: ignore[misc]
         assert (list(found.thresholds), found.score) == (spike, 1.0)
@@ -138,7 +138,7 @@ def test_a_constant_score_says_so_and_gives_the_middle_of_the_grid() -> None:
     found = optimise(Known(lambda t: 0.25), BUDGETS["balanced"])
     assert found.flat
     assert found.score == 0.25
-    middle = Known(hill).level(0, BUDGETS["balanced"].shares[0])
+    middle = Known(hill).threshold_leaving(0, BUDGETS["balanced"].shares[0])
     assert found.thresholds == (middle,) * 4
 
 

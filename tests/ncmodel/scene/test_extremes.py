@@ -32,30 +32,11 @@ from ncmodel.mesh.load import make_mesh
 from ncmodel.scene.feature_arrays import features
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
-from ncmodel.types import Floats, LineFamily, Mesh, Thresholds
+from ncmodel.types import LineFamily, Mesh, Thresholds
 from tests.helpers import analytic, extreme_meshes
 from tests.helpers.extreme_meshes import MESHES
 from tests.helpers.segments import agreement
-
-
-def eyes(mesh: Mesh) -> dict[str, tuple[float, float, float]]:
-    """Eyes that strain the definitions, for one mesh."""
-    surface = Surface(mesh)
-    vertex, normal = mesh.vertices[mesh.faces[0, 0]], surface.normals[mesh.faces[0, 0]]
-    across = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
-
-    def at(point: Floats) -> tuple[float, float, float]:
-        return float(point[0]), float(point[1]), float(point[2])
-
-    return {
-        "outside": (1.3, 1.1, 2.4),
-        "inside": (0.0, 1e-3, 0.0),
-        "at a vertex": at(vertex),
-        "along a normal": at(vertex + 2 * normal),
-        "across a normal": at(vertex + 2 * across / np.linalg.norm(across)),
-        "very far": (1e9, 1e9, 1e9),
-        "very near": at(vertex + 1e-13 * normal),
-    }
+from tests.helpers.views import eyes
 
 
 @pytest.mark.parametrize("name", MESHES)

@@ -12,6 +12,7 @@ from ncmodel.scene.feature_arrays import features
 from ncmodel.types import LineFamily
 from tests.helpers import analytic
 from tests.helpers.golden_features import GOLDEN, golden_view
+from tests.helpers.mesh_files import write_obj
 from tests.helpers.segments import agreement
 
 PER_MESH = {
@@ -37,9 +38,7 @@ UP_TO_SIGN = {"dir1", "dir2", "dcurv", "t1", "dt1q1"}
 
 @pytest.fixture
 def files(tmp_path: Path) -> Path:
-    vertices, faces = analytic.torus(24, 12)
-    rows = [f"v {x:.17g} {y:.17g} {z:.17g}" for x, y, z in vertices] + [f"f {a} {b} {c}" for a, b, c in faces + 1]
-    (tmp_path / "torus.obj").write_text("\n".join(rows))
+    write_obj(tmp_path / "torus.obj", analytic.torus(24, 12))
     (tmp_path / "camera.json").write_text(Camera((1.3, 1.1, 2.4)).to_json())
     return tmp_path
 

@@ -11,7 +11,8 @@ from ncmodel.scene.orientation import turn_outwards
 from ncmodel.scene.surface import Surface
 from ncmodel.types import Floats, Ints, LineFamily, Mesh
 from tests.helpers import analytic, extreme_meshes
-from tests.ncmodel.cli.test_draw import write_obj
+from tests.helpers.dirty import face_normals, moved
+from tests.helpers.mesh_files import write_obj
 
 Geometry = tuple[Floats, Ints]
 
@@ -20,10 +21,6 @@ BALL: Geometry = analytic.icosphere(3)
 
 def reversed_faces(geometry: Geometry) -> Geometry:
     return geometry[0], geometry[1][:, ::-1].copy()
-
-
-def moved(geometry: Geometry, by: tuple[float, float, float] = (0.0, 0.0, 0.0), scale: float = 1.0) -> Geometry:
-    return geometry[0] * scale + by, geometry[1]
 
 
 def together(*parts: Geometry) -> Geometry:
@@ -72,13 +69,8 @@ def test_shells_and_faces_are_turned(name: str) -> None:
     turned = turn_outwards(Surface(Mesh(vertices, faces)))
     swapped = (faces != expected).any(axis=1)
     np.testing.assert_array_equal(np.sort(turned.mesh.faces, axis=1), np.sort(expected, axis=1))
-    np.testing.assert_allclose(normals(vertices, turned.mesh.faces), normals(vertices, expected), atol=1e-12)
+    np.testing.assert_allclose(face_normals(vertices, turned.mesh.faces), face_normals(vertices, expected), atol=1e-12)
     assert turned.mesh.notes == (f"turned {swapped.sum()} faces of {len(faces)} outwards",)
-
-
-def normals(vertices: Floats, faces: Ints) -> Floats:
-    a, b, c = vertices[faces].transpose(1, 0, 2)
-    return np.cross(b - a, c - a)
 
 
 @pytest.mark.parametrize("name", KEPT)
