@@ -105,8 +105,8 @@ def test_costs_are_measured(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Capt
         (["export", "DATA/views/lump_0", "OUT", "--format", "other"], "expected neuralcontours"),
         (["import", "NOWHERE", "OUT.npz"], "can't be read"),
         (["import", "NOWHERE", "OUT.txt"], "expected a file *.npz"),
-        (["sheet", "NOWHERE", "-o", "OUT.png"], "no view in it"),
-        (["levels", "NOWHERE"], "no view in it"),
+        (["sheet", "NOWHERE", "-o", "OUT.png"], "no such folder"),
+        (["levels", "NOWHERE"], "no such folder"),
     ],
 )
 def test_bad_input_is_one_clear_line(

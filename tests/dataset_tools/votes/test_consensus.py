@@ -117,7 +117,7 @@ def test_small_collections_hold_out_at_least_one_shape(shapes: int, expected: in
 def test_shapes_to_hold_out_can_be_named() -> None:
     votes = [vote(f"w{w}{s}", f"s{s}", 2) for w in range(3) for s in range(5)]
     assert aggregate(to_frame(votes), Rules(validation_shapes=("s1", "s4"))).validation == {"s1", "s4"}
-    with pytest.raises(UsageError, match="nobody has no votes"):
+    with pytest.raises(UsageError, match="nobody, which has no votes"):
         aggregate(to_frame(votes), Rules(validation_shapes=("nobody",)))
 
 

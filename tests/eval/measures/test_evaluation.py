@@ -183,7 +183,7 @@ def test_methods_must_draw_the_same_views() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "shape"), [("bunny_0", "bunny"), ("a_b_12", "a_b"), ("cow", "cow"), ("x_1a", "x_1a"), ("_3", "")]
+    ("name", "shape"), [("bunny_0", "bunny"), ("a_b_12", "a_b"), ("cow", "cow"), ("x_1a", "x_1a"), ("_3", "_3")]
 )
 def test_the_shape_of_a_view(name: str, shape: str) -> None:
     assert shape_of(name) == shape
