@@ -251,7 +251,13 @@ class TestOtherDistributions:
         assert main(["--help"]) == 0
         assert "Pens of all widths." in capsys.readouterr().out
 
-    def test_ours_cannot_be_replaced(self, files: Path) -> None:
+    @pytest.mark.parametrize("place", [0, 1000], ids=["before ours", "behind ours"])
+    def test_ours_cannot_be_replaced(
+        self, place: int, files: Path, another_distribution: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        path = [part for part in sys.path if part != str(another_distribution)]
+        path.insert(place, str(another_distribution))
+        monkeypatch.setattr(sys, "path", path)
         assert main(["draw", str(files / "triangle.obj"), "-o", str(files / "out.svg")]) == 0
         assert (files / "out.svg").exists()
 
