@@ -8,12 +8,8 @@ from ncmodel.camera import Camera
 from ncmodel.drawing.overlapping_strokes import drop_overlapping
 from ncmodel.jit import kernel
 from ncmodel.lines.chaining import chain
-<<<<<<< HEAD
 from ncmodel.mesh.weld import coincident, rounding
-from ncmodel.types import Floats, Ints, Mask, Segments, Stroke
-=======
 from ncmodel.types import Floats, Ints, LineSet, Mask, Segments, Stroke
->>>>>>> main
 
 TOLERANCE = 0.25
 """Pixels that a stroke may stray from its segments, unless told otherwise."""
