@@ -6,7 +6,8 @@
     drawing.save("bunny.svg")
     drawing  # shows itself in a notebook
 
-The names below are imported when first used, so that `import ncmodel` costs nothing.
+The names below are imported when first used, so that `import ncmodel` costs nothing. `__init__.pyi` tells them to type
+checkers.
 """
 
 import importlib
@@ -17,13 +18,20 @@ _EXPORTS = {
     "Drawing": "ncmodel.drawing.drawing:Drawing",
     "LineFamily": "ncmodel.types:LineFamily",
     "Mesh": "ncmodel.types:Mesh",
+    "NeuralContoursError": "ncmodel.errors:NeuralContoursError",
+    "Stroke": "ncmodel.types:Stroke",
+    "Surface": "ncmodel.scene.surface:Surface",
     "Thresholds": "ncmodel.types:Thresholds",
+    "View": "ncmodel.scene.view:View",
     # Not `draw`: that is the module's name, and would mean one or the other by what was imported before.
     "draw_shape": "ncmodel.drawing.draw:draw",
+    "features": "ncmodel.scene.feature_arrays:features",
     "load_mesh": "ncmodel.mesh.load:load_mesh",
     "load_model": "ncmodel.model.predictor:load_model",
     "make_mesh": "ncmodel.mesh.load:make_mesh",
 }
+
+__all__ = sorted(_EXPORTS)
 
 
 def __getattr__(name: str) -> Any:
@@ -34,4 +42,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted(_EXPORTS)
+    return __all__

@@ -1,49 +1,27 @@
 """The layout shows the architecture, and imports go one way: between packages, between folders, between modules."""
 
-import ast
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[1]
-CHAIN = ("ncmodel", "dataset_tools", "eval")
-"""Each package may import those before it."""
-TEMPLATES = "mturk_templates"
+from tests.helpers.imports import (
+    CHAIN,
+    ROOT,
+    TEMPLATES,
+    folder_imports,
+    folder_of,
+    imports_of,
+    modules_below,
+    package_of,
+)
 
 FEWEST, MOST = 3, 14
 """Modules in a folder."""
-
-
-def modules_below(root: Path) -> dict[str, Path]:
-    """Dotted name -> file of every module of the packages."""
-    found = {}
-    for package in (*CHAIN, TEMPLATES):
-        for path in sorted((root / package).rglob("*.py")):
-            parts = path.relative_to(root).with_suffix("").parts
-            found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
-    return found
-
-
-def imports_of(modules: Mapping[str, Path]) -> dict[str, set[str]]:
-    """Module -> the project's modules that it imports, anywhere in its text."""
-    return {module: set(_imported(path, modules)) - {module} for module, path in modules.items()}
-
-
-def _imported(path: Path, modules: Mapping[str, Path]) -> Iterable[str]:
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names if alias.name in modules)
-        elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"{path}: relative imports hide the layer they reach"
-            for alias in node.names:
-                inner = f"{node.module}.{alias.name}"
-                if inner in modules or node.module in modules:
-                    yield inner if inner in modules else str(node.module)
 
 
 def upward(imports: Mapping[str, set[str]]) -> list[str]:
@@ -53,14 +31,8 @@ def upward(imports: Mapping[str, set[str]]) -> list[str]:
         f"{module} imports {other}"
         for module, others in imports.items()
         for other in sorted(others)
-        if rank[_package(module)] < rank[_package(other)]
+        if rank[package_of(module)] < rank[package_of(other)]
     ]
-
-
-def folder_of(module: str, modules: Mapping[str, Path]) -> str:
-    """The folder that a module lies in; what lies at a package's top is a layer of its own."""
-    path = modules[module]
-    return module if path.name == "__init__.py" else module.rpartition(".")[0]
 
 
 def circle(graph: Mapping[str, set[str]]) -> list[str]:
@@ -70,18 +42,6 @@ def circle(graph: Mapping[str, set[str]]) -> list[str]:
     except CycleError as error:
         return list(error.args[1])
     return []
-
-
-def folder_imports(modules: Mapping[str, Path]) -> dict[str, set[str]]:
-    """Folder -> the other folders that its modules import."""
-    graph: dict[str, set[str]] = {folder_of(module, modules): set() for module in modules}
-    for module, others in imports_of(modules).items():
-        graph[folder_of(module, modules)] |= {folder_of(other, modules) for other in others}
-    return {folder: others - {folder} for folder, others in graph.items()}
-
-
-def _package(module: str) -> str:
-    return module.partition(".")[0]
 
 
 def test_packages_form_a_chain() -> None:
@@ -166,7 +126,9 @@ def test_every_package_and_template_is_installed() -> None:
         path.parent for path in modules.values() if path.name == "__init__.py"
     }
     named = (*CHAIN, TEMPLATES)
-    data = {path for name in named for path in (ROOT / name).rglob("*") if path.suffix in {".j2", ".css", ".js"}}
+    kinds = {".j2", ".css", ".js", ".typed", ".pyi"}
+    data = {path for name in named for path in (ROOT / name).rglob("*") if path.suffix in kinds}
+    assert data >= {ROOT / name / "py.typed" for name in named}, "type checkers are told that packages are typed"
     listed = {
         path
         for package, patterns in settings["package-data"].items()

@@ -4,7 +4,7 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
-from tests.test_layers import CHAIN, ROOT
+from tests.helpers.imports import CHAIN, ROOT
 
 LONGEST = 350
 """Lines of a file."""

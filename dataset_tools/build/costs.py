@@ -15,11 +15,12 @@ from dataset_tools.build.config import BuildConfig
 from dataset_tools.build.mesh_files import find_sources
 from dataset_tools.build.runners import runner_for
 from dataset_tools.build.tasks import view_files
-from dataset_tools.build.worker_process import Apart
+from dataset_tools.build.worker_process import WorkerProcess
 from dataset_tools.candidates.candidates import draw_candidates
-from dataset_tools.candidates.chamfer_matrix import chamfer_matrix, distance_field
 from dataset_tools.candidates.viewpoints import camera_at, choose_azimuths
+from ncmodel.chamfer import chamfer_matrix, distance_to
 from ncmodel.mesh.ply import ply_bytes
+from ncmodel.processes import peak_memory
 from ncmodel.report.part import Part
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
@@ -91,11 +92,11 @@ class DistanceCost:
 def measure_view(mesh: Mesh, config: BuildConfig | None = None) -> ViewCost:
     """Make a view's files in memory, in a process of its own with one thread, once to warm it up."""
     config = config or BuildConfig()
-    apart = Apart()
+    worker = WorkerProcess()
     try:
-        return apart.call(_fastest_view, (mesh, config), config.limits.making(REPEATS + 1))
+        return worker.call(_fastest_view, (mesh, config), config.limits.making(REPEATS + 1))
     finally:
-        apart.close()
+        worker.close()
 
 
 def _fastest_view(task: tuple[Mesh, BuildConfig]) -> ViewCost:
@@ -108,13 +109,7 @@ def _view_cost(mesh: Mesh, config: BuildConfig) -> ViewCost:
     files = view_files(surface, 0, config)
     seconds = time.process_time() - begin
     size = sum(len(data) for data in files.values())
-    return ViewCost(len(mesh.faces), seconds, surface.trace.seconds(), size, _peak_bytes())
-
-
-def _peak_bytes() -> int:
-    """Largest resident memory of this process so far; unlike rusage's, without that of the one it was started from."""
-    status = Path("/proc/self/status").read_text(encoding="ascii")
-    return int(status.split("VmHWM:")[1].split()[0]) * 1024
+    return ViewCost(len(mesh.faces), seconds, surface.trace.seconds(), size, peak_memory())
 
 
 def measure_builds(
@@ -169,7 +164,7 @@ def by_product(masks: Mask) -> Floats:
     """A distance transform a drawing, all sums as one matrix product over the inked pixels. Drawings aren't empty."""
     inked = masks.any(axis=0)
     ink = masks[:, inked].astype(np.float32)
-    fields = np.stack([distance_field(mask)[inked] for mask in masks])
+    fields = np.stack([distance_to(mask)[inked] for mask in masks])
     mean = (fields @ ink.T) / ink.sum(axis=1)
     return np.asarray((mean + mean.T) / 2, dtype=np.float64)
 
@@ -177,7 +172,7 @@ def by_product(masks: Mask) -> Floats:
 def by_gathering(masks: Mask) -> Floats:
     """A distance transform a drawing, its values gathered at every other drawing's pixels."""
     pixels = [np.flatnonzero(mask) for mask in masks]
-    mean = np.array([[field[at].mean() for at in pixels] for field in (distance_field(m).ravel() for m in masks)])
+    mean = np.array([[field[at].mean() for at in pixels] for field in (distance_to(m).ravel() for m in masks)])
     return np.asarray((mean + mean.T) / 2, dtype=np.float64)
 
 

@@ -1,7 +1,7 @@
 """Running one function on many tasks: in this process, in processes of this machine, or on a Dask cluster.
 
-All three yield results as they come, in any order. The last two run every task apart, under limits: one that goes over
-them, or kills its process, fails with a reason, the others go on.
+All three yield results as they come, in any order. The last two run every task in a process of its own, under limits:
+one that goes over them, or kills its process, fails with a reason, the others go on.
 """
 
 import os
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from typing import Any, Generic, Protocol, TypeVar
 
-from dataset_tools.build.worker_process import Apart, Limits, Lost
+from dataset_tools.build.worker_process import CallFailed, Limits, WorkerProcess
 from ncmodel.errors import ArgumentError
 
 T = TypeVar("T")
@@ -64,21 +64,21 @@ class PoolRunner:
         if workers < 1:
             raise ArgumentError("workers", str(workers), "at least 1")
         self.workers = workers
-        self._aparts: list[Apart] = []
+        self._processes: list[WorkerProcess] = []
 
     def run(self, function: Callable[[T], R], tasks: Sequence[T], limits: Limits) -> Iterator[Outcome[T, R]]:
         """See `Runner.run`."""
-        self._aparts += [Apart() for _ in range(min(self.workers, len(tasks)) - len(self._aparts))]
-        idle: SimpleQueue[Apart] = SimpleQueue()
-        for apart in self._aparts:
-            idle.put(apart)
+        self._processes += [WorkerProcess() for _ in range(min(self.workers, len(tasks)) - len(self._processes))]
+        idle: SimpleQueue[WorkerProcess] = SimpleQueue()
+        for process in self._processes:
+            idle.put(process)
 
         def attempt(task: T) -> Outcome[T, R]:
-            apart = idle.get()
+            process = idle.get()
             try:
-                return _outcome(apart, function, task, limits)
+                return _outcome(process, function, task, limits)
             finally:
-                idle.put(apart)
+                idle.put(process)
 
         threads = ThreadPoolExecutor(self.workers)  # they only wait for the processes
         try:
@@ -86,8 +86,8 @@ class PoolRunner:
                 yield future.result()
         except BaseException:
             threads.shutdown(wait=False, cancel_futures=True)
-            for apart in self._aparts:
-                apart.end()
+            for process in self._processes:
+                process.end()
             threads.shutdown(wait=True)
             self.close()
             raise
@@ -95,9 +95,9 @@ class PoolRunner:
 
     def close(self) -> None:
         """End the processes."""
-        for apart in self._aparts:
-            apart.close()
-        self._aparts = []
+        for process in self._processes:
+            process.close()
+        self._processes = []
 
 
 class DaskRunner:
@@ -185,26 +185,26 @@ def runner_for(workers: int, scheduler: str | None = None) -> Iterator[Runner]:
         yield runner
 
 
-_idle_in_worker: SimpleQueue[Apart] = SimpleQueue()
+_idle_in_worker: SimpleQueue[WorkerProcess] = SimpleQueue()
 """Of a Dask worker: one for each of its threads. They end with it."""
 
 
 def _run_in_worker(function: Callable[[T], R], task: T, limits: Limits) -> Outcome[T, R]:
-    """Run a task apart from the Dask worker that was given it."""
+    """Run a task outside the Dask worker that was given it."""
     try:
-        apart = _idle_in_worker.get_nowait()
+        process = _idle_in_worker.get_nowait()
     except Empty:
-        apart = Apart()
+        process = WorkerProcess()
     try:
-        return _outcome(apart, function, task, limits)
+        return _outcome(process, function, task, limits)
     finally:
-        _idle_in_worker.put(apart)
+        _idle_in_worker.put(process)
 
 
-def _outcome(apart: Apart, function: Callable[[T], R], task: T, limits: Limits) -> Outcome[T, R]:
+def _outcome(process: WorkerProcess, function: Callable[[T], R], task: T, limits: Limits) -> Outcome[T, R]:
     try:
-        return Outcome(task, apart.call(function, task, limits))
-    except Lost as error:
+        return Outcome(task, process.call(function, task, limits))
+    except CallFailed as error:
         return Outcome(task, None, str(error))
 
 

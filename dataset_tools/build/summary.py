@@ -7,8 +7,9 @@ from typing import Any
 
 from dataset_tools.build.build import Summary
 from dataset_tools.build.store import ViewStatus
-from dataset_tools.build.threshold_study import ThresholdStudy
+from dataset_tools.build.threshold_study import PERCENTILES, ThresholdStudy
 from dataset_tools.cleaning.repair import CleanReport
+from ncmodel.report.text import text_table
 
 _FAULTS = ("border_edges", "touching_vertices", "non_manifold_edges", "non_manifold_vertices", "inconsistent_edges")
 
@@ -59,11 +60,17 @@ def clean_text(report: CleanReport) -> str:
 
 def thresholds_text(study: ThresholdStudy) -> str:
     """Measured thresholds for people."""
-    lines = [f"share of visible length kept on {study.views} views (10th, 50th, 90th percentile)"]
-    for kept in study.kept:
-        lines.append(f"  {kept.family:<11} {kept.threshold:>6g}  {'  '.join(f'{share:.2f}' for share in kept.shares)}")
+    head = [["family", "threshold", *(f"{percentile}th" for percentile in PERCENTILES)]]
+    nothing = ["-"] * len(PERCENTILES)
+    rows = [
+        [kept.family, f"{kept.threshold:g}", *([f"{s:.2f}" for s in kept.shares] or nothing)] for kept in study.kept
+    ]
     return "\n".join(
-        [*lines, f"different ones of 256 drawings of lines: {', '.join(f'{n:.0f}' for n in study.distinct)}"]
+        [
+            f"share of visible length kept on {study.views} views, its percentiles",
+            text_table([*head, *rows]),
+            f"different ones of 256 drawings of lines: {', '.join(f'{n:.0f}' for n in study.distinct)}",
+        ]
     )
 
 

@@ -12,12 +12,12 @@ from dataset_tools.build.config import BuildConfig
 from dataset_tools.build.encoding import npz
 from dataset_tools.build.store import Store, ViewStatus
 from dataset_tools.candidates.candidates import draw_candidates
-from dataset_tools.candidates.chamfer_matrix import chamfer_matrix
 from dataset_tools.candidates.k_medoids import select
 from dataset_tools.candidates.renders import shaded_picture
 from dataset_tools.candidates.viewpoints import camera_at, choose_azimuths
 from dataset_tools.cleaning.repair import CleanSettings, clean_file
 from dataset_tools.cleaning.shape_distance import invariants
+from ncmodel.chamfer import chamfer_matrix
 from ncmodel.data.data_folder import MAPS
 from ncmodel.data.item import Item
 from ncmodel.errors import InputError

@@ -1,8 +1,8 @@
 """Work in a process of its own, under limits: what hangs, crashes or explodes there takes nothing else along.
 
-An `Apart` starts one process and hands it calls, one after the other, so that start-up (imports, compiled code) is paid
-once. The process that goes over its time is killed; its memory is limited by the kernel. Either way the call ends with
-a `Lost` that says why, and the next one gets a new process.
+A `WorkerProcess` starts one process and hands it calls, one after the other, so that start-up (imports, compiled code)
+is paid once. The process that goes over its time is killed; its memory is limited by the kernel. Either way the call
+ends with a `CallFailed` that says why, and the next one gets a new process.
 """
 
 import os
@@ -32,7 +32,7 @@ _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NU
 _OUT_OF_MEMORY = ("MemoryError", "bad_alloc", "allocate", "out of memory")
 """What Python, C++, compilers and the system say."""
 
-_SERVE = "import sys; from dataset_tools.build.worker_process import serve; serve(int(sys.argv[1]))"
+_SERVE = "import sys; from dataset_tools.build.worker_process import serve; serve(int(sys.argv[1]), int(sys.argv[2]))"
 
 
 @dataclass(frozen=True)
@@ -48,11 +48,11 @@ class Limits:
     memory_gb: float
 
 
-class Lost(Exception):
+class CallFailed(Exception):
     """A call came to nothing; the text is the reason."""
 
 
-class Apart:
+class WorkerProcess:
     """A process that works off calls."""
 
     def __init__(self) -> None:
@@ -66,7 +66,7 @@ class Apart:
         """What `function(argument)` returns or raises; both must be picklable, the function by its name.
 
         Raises:
-            Lost: It took more than the limits, or its process died.
+            CallFailed: It took more than the limits, or its process died.
         """
         self._start()
         try:
@@ -75,19 +75,19 @@ class Apart:
             done, value = self._receive(limits.seconds)
         except TimeoutError as error:
             self.close()
-            raise Lost(f"it took more than {error} s") from None
+            raise CallFailed(f"it took more than {error} s") from None
         except (EOFError, OSError):
-            raise Lost(self._why(limits)) from None
+            raise CallFailed(self._why(limits)) from None
         if isinstance(value, MemoryError):
             self.close()  # what is left of it may be in the way of the next call
-            raise Lost(_too_large(limits))
+            raise CallFailed(_too_large(limits))
         if not done:
             raise value
         result: R = value
         return result
 
     def end(self) -> None:
-        """Kill the process, whatever it is doing, for good; a thread that waits for it gets a `Lost` and cleans up."""
+        """Kill the process, whatever it is doing, for good; threads that wait for it get `CallFailed` and clean up."""
         with self._lock:
             self._ended = True
             if self._process is not None:
@@ -108,11 +108,11 @@ class Apart:
         self.close()
         with self._lock:
             if self._ended:
-                raise Lost("the run was ended")
+                raise CallFailed("the run was ended")
             self._connection, theirs = Pipe()
             self._complaints = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the process
             self._process = subprocess.Popen(
-                [sys.executable, "-c", _SERVE, str(theirs.fileno())],
+                [sys.executable, "-c", _SERVE, str(theirs.fileno()), str(os.getpid())],
                 env={**os.environ, **dict.fromkeys(_ONE_THREAD, "1"), "PYTHONPATH": os.pathsep.join(sys.path)},
                 pass_fds=(theirs.fileno(),),
                 stdin=subprocess.DEVNULL,
@@ -144,10 +144,15 @@ def _too_large(limits: Limits) -> str:
     return f"it needs more than {limits.memory_gb:g} GB of memory"
 
 
-def serve(handle: int) -> None:
-    """Work off the calls that come through a connection, until its other end is closed."""
+def serve(handle: int, parent: int) -> None:
+    """Work off the calls that come through a connection, until its other end is closed.
+
+    Args:
+        handle: The connection's file descriptor.
+        parent: Id of the process that holds the other end.
+    """
     os.set_inheritable(handle, False)
-    end_with_parent()
+    end_with_parent(parent)
     _use_one_thread()
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     connection: Connection[Any, Any] = Connection(handle)

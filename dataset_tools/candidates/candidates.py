@@ -16,9 +16,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ncmodel.chamfer import distance_to
 from ncmodel.drawing.draw import strokes_of
 from ncmodel.drawing.thresholding import fade
-from ncmodel.export.distance_transform import distance_to
 from ncmodel.export.page import line_width
 from ncmodel.export.png import strokes_ink
 from ncmodel.scene.view import View

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dataset_tools.candidates.chamfer_matrix import DEFINITION
+from ncmodel.chamfer import DEFINITION
 from ncmodel.data.item import DRAWINGS
 from ncmodel.errors import UsageError
 from ncmodel.types import Floats, Ints

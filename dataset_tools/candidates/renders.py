@@ -8,6 +8,7 @@ from numba import njit
 
 from ncmodel.camera import Camera
 from ncmodel.geometry.normals_areas import Indices
+from ncmodel.geometry.shading import blended
 from ncmodel.images import Pixels
 from ncmodel.scene.surface import Surface
 from ncmodel.types import Floats, Image, Ints
@@ -56,27 +57,15 @@ def _brightness(
             if f < 0:
                 continue
             weights = barycentric[row, column]
-            x, y, z = _blend(vertices, faces, f, weights)
+            x, y, z = blended(vertices, faces, f, weights)
             to_eye = _unit(eye[0] - x, eye[1] - y, eye[2] - z)
-            smooth, flat = _unit(*_blend(normals, faces, f, weights)), _unit(*_across(vertices, faces, f))
+            smooth, flat = _unit(*blended(normals, faces, f, weights)), _unit(*_across(vertices, faces, f))
             normal = smooth if _dot(smooth, flat) >= SMOOTH_COSINE else flat
             facing, lit = _dot(normal, to_eye), _dot(normal, (light[0], light[1], light[2]))
             if facing < 0:  # open surfaces are seen from behind too; both sides are lit alike
                 facing, lit = -facing, -lit
             image[row, column] = AMBIENT + HEADLIGHT * facing + KEY * max(lit, 0.0)
     return image
-
-
-@njit(cache=True, nogil=True)
-def _blend(vectors: Floats, faces: Indices, f: int, weights: Floats) -> Triple:
-    """The weighted sum of the vectors at a face's corners."""
-    i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
-    u, v, w = weights[0], weights[1], weights[2]
-    return (
-        u * vectors[i, 0] + v * vectors[j, 0] + w * vectors[k, 0],
-        u * vectors[i, 1] + v * vectors[j, 1] + w * vectors[k, 1],
-        u * vectors[i, 2] + v * vectors[j, 2] + w * vectors[k, 2],
-    )
 
 
 @njit(cache=True, nogil=True)

@@ -3,13 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from dataset_tools.cleaning.half_edges import fans_of, half_edges, plain_pairs
 from dataset_tools.cleaning.stitching import touching_vertices
-from ncmodel.mesh.weld import weld as weld_exactly
+from ncmodel.geometry.adjacency import components
+from ncmodel.mesh.weld import coincident, merged
 from ncmodel.types import Floats, Ints, Mask
 
 DEGENERATE = 1e-7
@@ -67,7 +65,7 @@ def diagnose(
         unusable_vertices: Vertices already left out.
         by_index: Vertices that coincide were left apart on purpose.
     """
-    points, triangles = (vertices, faces) if by_index else weld_exactly(vertices, faces)
+    points, triangles = (vertices, faces) if by_index else merged(vertices, faces, coincident(vertices))
     sides = half_edges(triangles)
     pairs = plain_pairs(sides)
     fan_vertex, _ = fans_of(triangles, sides, pairs)
@@ -77,7 +75,7 @@ def diagnose(
         faces=len(faces),
         unusable_vertices=unusable_vertices,
         unused_vertices=len(vertices) - len(np.unique(faces)),
-        coincident_vertices=0 if by_index else len(vertices) - len(points) + _near_an_earlier_one(points, weld),
+        coincident_vertices=0 if by_index else _repeats(coincident(vertices, weld)),
         degenerate_faces=int(sliver_faces(points, triangles).sum()),
         repeated_faces=len(triangles) - len(np.unique(np.sort(triangles, axis=1), axis=0)),
         border_edges=int((sides.count == 1).sum()),
@@ -85,7 +83,7 @@ def diagnose(
         non_manifold_edges=int((sides.count > 2).sum()),
         non_manifold_vertices=int((fans > 1).sum()),
         inconsistent_edges=int((sides.forward[pairs.first] == sides.forward[pairs.second]).sum()),
-        components=_components(len(points), triangles),
+        components=len(np.unique(components(triangles, len(points))[triangles[:, 0]])),
     )
 
 
@@ -98,13 +96,6 @@ def sliver_faces(vertices: Floats, faces: Ints) -> Mask:
     return np.asarray(doubled_area <= DEGENERATE * longest)
 
 
-def _near_an_earlier_one(points: Floats, tolerance: float) -> int:
-    pairs = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
-    return len(np.unique(pairs.max(axis=1))) if len(pairs) else 0
-
-
-def _components(vertex_count: int, faces: Ints) -> int:
-    links = np.concatenate([faces[:, :2], faces[:, 1:]]).T
-    graph = coo_array((np.ones(links.shape[1]), (links[0], links[1])), shape=(vertex_count, vertex_count))
-    _, label = connected_components(graph, directed=False)
-    return len(np.unique(label[faces[:, 0]]))
+def _repeats(same: Ints) -> int:
+    """How many points are one with an earlier one."""
+    return int((same != np.arange(len(same))).sum())

@@ -7,9 +7,8 @@ deciding, edge by edge, which faces are joined (`Pairs`); where they aren't, the
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import connected_components, minimum_spanning_tree
 
+from ncmodel.geometry.adjacency import components, wound_alike
 from ncmodel.types import Floats, Ints, Mask
 
 
@@ -99,15 +98,12 @@ class Patches:
 
 def patches_of(face_count: int, sides: HalfEdges, pairs: Pairs) -> Patches:
     """Connected patches of faces and the flips that make each patch wind consistently."""
-    first, second = sides.face[pairs.first], sides.face[pairs.second]
+    faces = np.stack([sides.face[pairs.first], sides.face[pairs.second]], axis=1)
     # Two faces agree when they run along their common edge in opposite directions.
     disagree = sides.forward[pairs.first] == sides.forward[pairs.second]
-    tree = minimum_spanning_tree(_adjacency(face_count, first, second)).tocoo()
-    in_tree = _lookup(face_count, first, second, tree.row, tree.col)
-    flipped = _parity(face_count, first[in_tree], second[in_tree], disagree[in_tree])
-    whole = (flipped[first] ^ flipped[second]) == disagree
-    _, label = connected_components(_adjacency(face_count, first, second), directed=False)
-    return Patches(label.astype(np.int64), flipped, pairs.take(whole), int((~whole).sum()))
+    label, flipped = wound_alike(face_count, faces, disagree)
+    whole = (flipped[faces[:, 0]] ^ flipped[faces[:, 1]]) == disagree
+    return Patches(label, flipped, pairs.take(whole), int((~whole).sum()))
 
 
 def split_vertices(vertices: Floats, faces: Ints, sides: HalfEdges, pairs: Pairs) -> tuple[Floats, Ints]:
@@ -133,39 +129,13 @@ def fans_of(faces: Ints, sides: HalfEdges, pairs: Pairs) -> tuple[Ints, Ints]:
     at_start, at_end = 3 * sides.face + sides.corner, 3 * sides.face + (sides.corner + 1) % 3
     a, b = pairs.first, pairs.second
     same = sides.start[a] == sides.start[b]
-    joins = (
-        np.concatenate([at_start[a], at_end[a]]),
-        np.concatenate([np.where(same, at_start[b], at_end[b]), np.where(same, at_end[b], at_start[b])]),
+    joins = np.concatenate(
+        [
+            np.stack([at_start[a], np.where(same, at_start[b], at_end[b])], axis=1),
+            np.stack([at_end[a], np.where(same, at_end[b], at_start[b])], axis=1),
+        ]
     )
-    count, fan = connected_components(_adjacency(faces.size, *joins), directed=False)
-    fan_vertex = np.empty(count, dtype=np.int64)
+    fan = components(joins, faces.size)
+    fan_vertex = np.empty(int(fan.max()) + 1, dtype=np.int64)
     fan_vertex[fan] = faces.ravel()
     return fan_vertex, fan.reshape(-1, 3)
-
-
-def _adjacency(count: int, first: Ints, second: Ints) -> csr_array:
-    return coo_array((np.ones(len(first)), (first, second)), shape=(count, count)).tocsr()
-
-
-def _lookup(count: int, first: Ints, second: Ints, row: Ints, col: Ints) -> Mask:
-    """Which (first, second) are among the tree's edges (row, col); of repeated pairs, only the first."""
-    keys = np.minimum(first, second) * count + np.maximum(first, second)
-    wanted = np.minimum(row, col).astype(np.int64) * count + np.maximum(row, col)
-    _, positions = np.unique(keys, return_index=True)
-    chosen = np.zeros(len(keys), dtype=bool)
-    chosen[positions] = True
-    return np.asarray(chosen & np.isin(keys, wanted))
-
-
-def _parity(count: int, first: Ints, second: Ints, odd: Mask) -> Mask:
-    """Two-colour a forest: nodes joined by an odd edge differ; the lowest node of each tree is False.
-
-    Every node is doubled (as it is, turned over); the components of the doubled forest are the consistent choices.
-    """
-    other = second + np.where(odd, count, 0)
-    mirrored = second + np.where(odd, 0, count)
-    doubled = _adjacency(2 * count, np.concatenate([first, first + count]), np.concatenate([other, mirrored]))
-    _, label = connected_components(doubled, directed=False)
-    plain, turned = label[:count], label[count:]
-    # Components are numbered by their lowest node, so the choice that leaves a tree's lowest node alone comes first.
-    return np.asarray(plain > turned)

@@ -25,7 +25,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from dataset_tools.cleaning.diagnostics import Faults, diagnose, sliver_faces
 from dataset_tools.cleaning.exterior_visibility import exposure
@@ -158,7 +157,7 @@ def clean(
     seen = exposure(work.vertices, work.faces)
     seen, patches = work.join(seen)
     _check_surface(work.vertices, work.faces, patches, label)
-    work.turn_outwards(seen, patches)
+    work.show_fronts(seen, patches)
     stray = _stray(work.vertices, work.faces)
     work.remove_faces(stray, "stray triangles removed")
     if settings.remove_hidden:
@@ -187,8 +186,7 @@ class _Repair:
     def weld_and_drop(self) -> None:
         """Merge near vertices, then drop slivers and repeated faces."""
         before = len(self.vertices)
-        vertices, faces = weld(self.vertices, self.faces)
-        self.vertices, self.faces = _merge_close(vertices, faces, self.settings.weld)
+        self.vertices, self.faces = weld(self.vertices, self.faces, self.settings.weld)
         self.note("coincident vertices welded", before - len(self.vertices))
         self._drop_faces()
 
@@ -219,8 +217,12 @@ class _Repair:
         self.note("vertices split where faces don't form a surface", len(self.vertices) - before)
         return seen[origin], patches
 
-    def turn_outwards(self, seen: Floats, patches: Patches) -> None:
-        """Wind each patch consistently, its front on the side that is seen more."""
+    def show_fronts(self, seen: Floats, patches: Patches) -> None:
+        """Wind each patch consistently, its front on the side that is seen more.
+
+        `ncmodel.scene.orientation.turn_outwards` decides by volumes, without a ray, since a drawing can't wait for
+        them; sheets have none. Of cessna, made of sheets, it leaves 45 % of the area with the back seen more, this 0.1.
+        """
         turned = patches.flipped ^ _inward(self.vertices, self.faces, seen, patches)[patches.label]
         self.faces = np.where(turned[:, None], self.faces[:, [0, 2, 1]], self.faces)
         self.note("faces turned to face outwards", int(turned.sum()))
@@ -249,7 +251,7 @@ class _Repair:
         self.faces = self.faces[~slivers]
         self.note("degenerate faces dropped", int(slivers.sum()))
         before = len(self.faces)
-        self.faces = _without_repeats(self.vertices, self.faces)
+        self.faces = _without_repeats(self.faces)
         self.note("repeated faces dropped", before - len(self.faces))
 
 
@@ -277,36 +279,10 @@ def _placed(vertices: Floats, faces: Ints, label: str | Path) -> tuple[Floats, I
     return normalise(vertices, used), faces
 
 
-def _merge_close(vertices: Floats, faces: Ints, tolerance: float) -> tuple[Floats, Ints]:
-    if not cKDTree(vertices).query_pairs(tolerance, output_type="ndarray").size:
-        return vertices, faces
-    import pymeshlab
-
-    meshes = _meshlab(vertices, faces)
-    meshes.meshing_merge_close_vertices(threshold=pymeshlab.PureValue(tolerance))
-    return _from_meshlab(meshes)
-
-
-def _without_repeats(vertices: Floats, faces: Ints) -> Ints:
-    if len(np.unique(np.sort(faces, axis=1), axis=0)) == len(faces):
-        return faces
-    meshes = _meshlab(vertices, faces)
-    meshes.meshing_remove_duplicate_faces()
-    return _from_meshlab(meshes)[1]
-
-
-def _meshlab(vertices: Floats, faces: Ints) -> Any:
-    # Loading pymeshlab takes a graphics library with it, which drawing a clean mesh should not need.
-    import pymeshlab
-
-    meshes = pymeshlab.MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
-    return meshes
-
-
-def _from_meshlab(meshes: Any) -> tuple[Floats, Ints]:
-    mesh = meshes.current_mesh()
-    return np.ascontiguousarray(mesh.vertex_matrix()), mesh.face_matrix().astype(np.int64)
+def _without_repeats(faces: Ints) -> Ints:
+    """The first of each set of faces with the same corners, in the old order."""
+    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    return faces[np.sort(first)]
 
 
 def _with_neighbours(sides: HalfEdges, seen: Floats) -> Floats:

@@ -7,9 +7,9 @@ that pass through another border vertex are split there.
 
 import numpy as np
 from numba import njit
-from scipy.spatial import cKDTree
 
 from dataset_tools.cleaning.half_edges import half_edges
+from ncmodel.mesh.weld import coincident
 from ncmodel.types import Floats, Ints
 
 SHARE_OF_EDGE = 0.1
@@ -32,18 +32,9 @@ def merge_border_vertices(vertices: Floats, faces: Ints, tolerance: float) -> tu
     """
     sides = half_edges(faces)
     border = np.unique(np.concatenate([sides.start[sides.border], sides.end[sides.border]]))
-    pairs = border[cKDTree(vertices[border]).query_pairs(tolerance, output_type="ndarray")] if len(border) else border
-    if len(pairs) == 0:
-        return faces, 0
-    reach = SHARE_OF_EDGE * _shortest_edges(vertices, faces)
-    distance = np.linalg.norm(vertices[pairs[:, 0]] - vertices[pairs[:, 1]], axis=1)
-    near = distance <= np.minimum(reach[pairs[:, 0]], reach[pairs[:, 1]])
-    target = np.arange(len(vertices))
-    for low, high in np.unique(np.sort(pairs[near], axis=1), axis=0):
-        # Only into a vertex that stays where it is, or chains of near vertices would creep together.
-        if target[low] == low and target[high] == high:
-            target[high] = low
-    return target[faces], int((target != np.arange(len(vertices))).sum())
+    reach = np.minimum(tolerance, SHARE_OF_EDGE * _shortest_edges(vertices, faces))
+    same = coincident(vertices, reach, among=border)
+    return same[faces], int((same != np.arange(len(same))).sum())
 
 
 def split_at_touching_vertices(vertices: Floats, faces: Ints, tolerance: float) -> tuple[Ints, int]:

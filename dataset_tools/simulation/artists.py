@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dataset_tools.candidates.chamfer_matrix import distance_field
+from ncmodel.chamfer import distance_to
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
 from ncmodel.export.page import REFERENCE_SIDE, WIDTH
@@ -159,7 +159,7 @@ class Sketch:
         lines = lines.take(lines.strength > faintest)
         if not len(lines.points):
             return lines
-        away = distance_field(self.ink >= 0.5)
+        away = distance_to(self.ink >= 0.5)
         middle = lines.points.mean(axis=1)
         columns = np.clip(middle[:, 0].astype(np.intp), 0, self._shape[1] - 1)
         rows = np.clip(middle[:, 1].astype(np.intp), 0, self._shape[0] - 1)

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from dataset_tools.candidates.chamfer_matrix import distance_field
 from dataset_tools.questionnaires.questionnaire import NONE, Key, Question, Questionnaire
 from dataset_tools.simulation.artists import ArtistDrawings
 from dataset_tools.simulation.simulated_results import Response, Submission
+from ncmodel.chamfer import Lines, chamfer_distance
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import DRAWINGS, Item
 from ncmodel.errors import ArgumentError
@@ -78,30 +78,16 @@ class Distances:
 
 def distances_between(drawn: Iterable[Image], others: Iterable[Image]) -> Floats:
     """(drawn, others) symmetric Chamfer distances between drawings, in shares of the picture's shorter side."""
-    rows, columns = ([_Seen.of(ink) for ink in inks] for inks in (drawn, others))
-    return np.array([[a.distance(b) for b in columns] for a in rows])
+    rows, columns = ([Lines.of(_seen(ink)) for ink in inks] for inks in (drawn, others))
+    return np.array([[chamfer_distance(a, b) for b in columns] for a in rows]) / COMPARED_SIDE
 
 
-@dataclass(frozen=True, eq=False)
-class _Seen:
-    """A drawing as it is compared: its lines, and how far every pixel is from them."""
-
-    mask: Mask
-    field: Image
-
-    @staticmethod
-    def of(ink: Image) -> "_Seen":
-        height, width = ink.shape
-        scale = COMPARED_SIDE / min(height, width)
-        small = cv2.resize(ink, (round(width * scale), round(height * scale)), interpolation=cv2.INTER_AREA)
-        mask = np.asarray(small > INK)
-        return _Seen(mask, distance_field(mask))
-
-    def distance(self, other: "_Seen") -> float:
-        if not self.mask.any() or not other.mask.any():
-            return 0.0 if self.mask.any() == other.mask.any() else float(np.hypot(*self.mask.shape)) / COMPARED_SIDE
-        there, back = other.field[self.mask].mean(dtype=np.float64), self.field[other.mask].mean(dtype=np.float64)
-        return float(there + back) / 2 / COMPARED_SIDE
+def _seen(ink: Image) -> Mask:
+    """A drawing's lines at the size at which drawings are compared."""
+    height, width = ink.shape
+    scale = COMPARED_SIDE / min(height, width)
+    small = cv2.resize(ink, (round(width * scale), round(height * scale)), interpolation=cv2.INTER_AREA)
+    return np.asarray(small > INK)
 
 
 Behaviour = Callable[[Question, int, np.random.Generator], Response]

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from dataset_tools.simulation.rule_trial import HONEST, Trial
 from ncmodel.report.html import Cell, Section, Table, Text, write_report
+from ncmodel.report.text import text_table
 
 KIND_COLUMNS = ("kind", "participants", "excluded by the paper's rule", "excluded when strict", "should be excluded")
 RULE_COLUMNS = (
@@ -45,15 +46,8 @@ def _rule_rows(found: Trial) -> list[Sequence[Cell | str]]:
 def as_text(found: Trial) -> str:
     """Both tables as aligned text."""
     return "\n\n".join(
-        _aligned([columns, *([cell if isinstance(cell, str) else cell.text for cell in row] for row in rows)])
+        text_table([columns, *([cell if isinstance(cell, str) else cell.text for cell in row] for row in rows)])
         for columns, rows in ((KIND_COLUMNS, _kind_rows(found)), (RULE_COLUMNS, _rule_rows(found)))
-    )
-
-
-def _aligned(rows: Sequence[Sequence[str]]) -> str:
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    return "\n".join(
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eval.measures.evaluation import Target
-from eval.measures.metrics import chamfer_distance
+from ncmodel.chamfer import chamfer_distance
 from ncmodel.scene.view import View
 from ncmodel.types import Image
 

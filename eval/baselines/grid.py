@@ -3,7 +3,7 @@
 One threshold each for suggestive contours, ridges with valleys, and apparent ridges, common to all shapes, is chosen to
 minimise the mean Chamfer distance to the references of training views. Lines are extracted once a view; each family is
 drawn and thinned once a threshold. A combination is taken as the union of its families' thin layers, so that its
-distances follow from theirs: the distance to a union is the least of the distances to its parts.
+distances follow from theirs.
 """
 
 from collections.abc import Sequence
@@ -13,10 +13,10 @@ import numpy as np
 
 from eval.baselines.rtsc import ALWAYS, AR, RV, SC, layer, plan
 from eval.measures.evaluation import Target
-from eval.measures.metrics import Lines
+from ncmodel.chamfer import Lines, chamfer_to_unions
 from ncmodel.drawing.plan import Plan
 from ncmodel.scene.view import View
-from ncmodel.types import Floats, Image, LineFamily, Mask, Thresholds
+from ncmodel.types import Floats, Image, LineFamily, Thresholds
 
 GROUPS = (SC, RV, AR)
 """Families that share a threshold."""
@@ -82,7 +82,7 @@ def example_costs(view: View, target: Target, thresholds: Sequence[float]) -> Fl
     """(L + 1, L + 1, L + 1) Chamfer distances of all combinations on one view, the mean over its references."""
     always = target.prepare(np.maximum.reduce([layer(view, family) for family in ALWAYS]))
     layers, places = zip(*(_distinct(_layers(view, target, group, thresholds)) for group in GROUPS), strict=True)
-    costs = [union_costs(always, layers, reference) for reference in target.references.values()]
+    costs = [chamfer_to_unions(always, layers, reference) for reference in target.references.values()]
     return np.asarray(np.mean(costs, axis=0)[np.ix_(*places)], dtype=np.float64)
 
 
@@ -101,61 +101,3 @@ def _distinct(layers: Sequence[Lines]) -> tuple[list[Lines], list[int]]:
     found: dict[bytes, int] = {}
     places = [found.setdefault(np.packbits(lines.mask).tobytes(), len(found)) for lines in layers]
     return [layers[places.index(number)] for number in range(len(found))], places
-
-
-def union_costs(always: Lines, layers: Sequence[Sequence[Lines]], reference: Lines) -> Floats:
-    """(A, B, C) symmetric Chamfer distances to a reference of all unions of one layer from each of three lists.
-
-    Args:
-        always: In every union.
-        layers: Three lists of layers.
-        reference: What the unions are compared with.
-    """
-    if reference.distance is None:
-        return _costs_against_nothing(always, layers)
-    to_union = _mean_distance_to_unions(always, layers, reference.mask)
-    from_union, counts = _mean_distance_from_unions(always, layers, reference.distance)
-    return np.where(counts > 0, 0.5 * (to_union + from_union), reference.diagonal)
-
-
-def _costs_against_nothing(always: Lines, layers: Sequence[Sequence[Lines]]) -> Floats:
-    drawn = [np.array([bool(lines.mask.any()) for lines in group]) for group in layers]
-    any_drawn = drawn[0][:, None, None] | drawn[1][None, :, None] | drawn[2] | bool(always.mask.any())
-    return np.where(any_drawn, always.diagonal, 0.0)
-
-
-def _mean_distance_to_unions(always: Lines, layers: Sequence[Sequence[Lines]], mask: Mask) -> Floats:
-    """(A, B, C) mean distance from the pixels of `mask` to each union."""
-
-    def at_mask(lines: Lines) -> Image:
-        if lines.distance is None:
-            return np.full(int(mask.sum()), lines.diagonal, dtype=np.float32)
-        return lines.distance[mask]
-
-    first, second, third = (np.stack([at_mask(lines) for lines in group]) for group in layers)
-    first = np.minimum(first, at_mask(always))
-    means = np.empty((len(first), len(second), len(third)))
-    for i, start in enumerate(first):
-        for j, then in enumerate(np.minimum(start, second)):
-            means[i, j] = np.minimum(then, third).mean(axis=1, dtype=np.float64)
-    return means
-
-
-def _mean_distance_from_unions(
-    always: Lines, layers: Sequence[Sequence[Lines]], distance: Image
-) -> tuple[Floats, Floats]:
-    """(A, B, C) mean distance from the pixels of each union to the reference, and the pixels counted."""
-    drawn = np.logical_or.reduce([always.mask, *(lines.mask for group in layers for lines in group)])
-    fixed = always.mask[drawn]
-    first, second, third = (np.stack([lines.mask[drawn] for lines in group]) for group in layers)
-    weights = np.stack([np.ones(int(drawn.sum()), np.float32), distance[drawn]])
-    total = np.empty((2, len(first), len(second), len(third)))
-    added = third.astype(np.float32)
-    for i, start in enumerate(first | fixed):
-        # What the third layer adds is what neither of the others has: one matrix product for all pairs.
-        both = start | second
-        before = weights @ both.T.astype(np.float32)
-        fresh = np.where(both[None], 0.0, weights[:, None]).astype(np.float32)
-        total[:, i] = before[..., None] + fresh @ added.T
-    counts = total[0]
-    return np.divide(total[1], counts, out=np.zeros_like(counts), where=counts > 0), counts

@@ -10,8 +10,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from eval.measures.metrics import Lines, compare_lines
+from eval.measures.metrics import compare_lines
 from eval.measures.thinning import thin_lines
+from ncmodel.chamfer import Lines
 from ncmodel.drawing.draw import PRESETS, draw
 from ncmodel.drawing.drawing import Drawing
 from ncmodel.types import LineFamily, Mesh

@@ -1,6 +1,5 @@
 """Whole `ncontours draw` processes: seconds and memory as a user meets them, start-up included."""
 
-import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,7 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from dataset_tools.simulation.shapes import bumpy_torus
-from ncmodel.errors import NeuralContoursError
+from ncmodel.processes import measure_command
 from ncmodel.types import LineFamily, Mesh
 
 CASES: Mapping[str, str] = {
@@ -16,18 +15,6 @@ CASES: Mapping[str, str] = {
     "all families": ",".join(LineFamily),
 }
 """What is drawn -> the command's `--lines`."""
-
-LAUNCHER = """
-import os, sys, time
-begin = time.perf_counter()
-process = os.posix_spawn(sys.argv[1], sys.argv[1:], os.environ)
-_, status, usage = os.wait4(process, 0)
-print()
-print(time.perf_counter() - begin, usage.ru_utime + usage.ru_stime, usage.ru_maxrss)
-sys.exit(os.waitstatus_to_exitcode(status))
-"""
-"""Runs a command and prints what it used. A process's peak memory counts that of the one it was forked from, so the
-command must not be a child of the benchmark itself."""
 
 
 @dataclass(frozen=True)
@@ -75,13 +62,8 @@ def run_command(arguments: Sequence[str], case: str, faces: int) -> ProcessRun:
     Raises:
         NeuralContoursError: The command failed; with the last line of what it said.
     """
-    command = [sys.executable, "-m", "ncmodel.cli.main", *arguments]
-    done = subprocess.run([sys.executable, "-S", "-c", LAUNCHER, *command], capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        last = done.stderr.strip().rpartition("\n")[2]
-        raise NeuralContoursError(f"ncontours {' '.join(arguments)} exited with {done.returncode}: {last}")
-    seconds, processor_seconds, kilobytes = (float(word) for word in done.stdout.splitlines()[-1].split())
-    return ProcessRun(case, faces, seconds, processor_seconds, kilobytes / 1024.0)
+    cost = measure_command([sys.executable, "-m", "ncmodel.cli.main", *arguments])
+    return ProcessRun(case, faces, cost.seconds, cost.processor_seconds, cost.peak_bytes / 2**20)
 
 
 def write_ply(path: Path, mesh: Mesh) -> int:

@@ -3,12 +3,9 @@
 import importlib
 import json
 import multiprocessing
-import multiprocessing.connection
 import os
-import resource
 import shutil
 import sys
-import threading
 import time
 import traceback
 from collections.abc import Callable, Sequence
@@ -19,6 +16,7 @@ from typing import Any
 
 from ncmodel.errors import BatchError, InputError, NeuralContoursError
 from ncmodel.files import write_text
+from ncmodel.processes import end_with_parent, peak_memory, peak_memory_of_children
 
 
 @dataclass(frozen=True)
@@ -140,7 +138,11 @@ def measure(function: Callable[..., None], *arguments: Any) -> StageRun:
 
 
 def _in_child(sender: Connection, function: Callable[..., None], arguments: tuple[Any, ...]) -> None:
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    # Stages that are killed must not leave one behind that writes to the same files as the next run.
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    assert parent.pid is not None
+    end_with_parent(parent.pid)
     # Another stage's output may be a JSON object on our stdout; what stages print is progress.
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
     error, note = None, ""
@@ -154,17 +156,7 @@ def _in_child(sender: Connection, function: Callable[..., None], arguments: tupl
     except Exception as unexpected:
         traceback.print_exc()
         error = NeuralContoursError(f"{function.__name__}: {unexpected!r}")
-    children = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * 1024
-    sender.send((error, note, max(_own_peak(), children)))
-
-
-def _own_peak() -> int:
-    """Bytes of this process's largest resident memory."""
-    # Not `ru_maxrss`: it starts from what the parent had when this process was forked from it.
-    for line in Path("/proc/self/status").read_text(encoding="ascii").splitlines():
-        if line.startswith("VmHWM:"):
-            return int(line.split()[1]) * 1024
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    sender.send((error, note, max(peak_memory(), peak_memory_of_children())))
 
 
 def _remove(paths: Sequence[Path]) -> None:
@@ -173,14 +165,6 @@ def _remove(paths: Sequence[Path]) -> None:
             shutil.rmtree(path)
         else:
             path.unlink(missing_ok=True)
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        # A pipeline that is killed must not leave a stage behind that writes to the same files as the next run.
-        multiprocessing.connection.wait([parent.sentinel])
-        os._exit(1)
 
 
 def _read_record(path: Path) -> dict[str, Any]:

@@ -1,6 +1,8 @@
 """Confidence intervals: Wilson's for shares, the bootstrap over shapes for everything that is averaged over drawings.
 
-Drawings of one shape resemble each other, so shapes are resampled and not drawings.
+Drawings of one shape resemble each other, so shapes are resampled and not drawings. `scipy.stats.bootstrap` has one
+statistic of at least two samples; here all quantities of all methods share each draw, which pairs them and gives F1 its
+interval, and one shape alone has an interval too, of no width.
 """
 
 from collections.abc import Hashable, Sequence
@@ -22,7 +24,8 @@ class PairAccuracy:
         accuracy: Share of pairs in the right order; a tie counts one half.
         pairs: Number of pairs.
         shapes: Number of shapes they come from.
-        wilson: Interval that takes pairs as independent: too narrow where a shape has many.
+        wilson: Interval that takes pairs as independent: too narrow where a shape has many. Half a pair, from a tie, is
+            rounded.
         bootstrap: Interval over resampled shapes: the one to report.
     """
 
@@ -89,6 +92,6 @@ def pair_accuracy(
         accuracy=float(right.mean()),
         pairs=len(right),
         shapes=len(set(shapes)),
-        wilson=wilson_interval(float(right.sum()), len(right)),
+        wilson=wilson_interval(round(right.sum()), len(right)),
         bootstrap=percentile_interval(resampled_means(right[:, None], shapes, seed)[:, 0]),
     )

@@ -6,9 +6,10 @@ from dataclasses import astuple, dataclass
 
 import pandas as pd
 
-from eval.measures.metrics import MEASURES, Lines, Measures, compare_lines, mean_measures
+from eval.measures.metrics import MEASURES, Measures, compare_lines, mean_measures
 from eval.measures.references import most_consistent
 from eval.measures.thinning import DEFAULT_THRESHOLD, silhouette_band, thin_lines
+from ncmodel.chamfer import Lines
 from ncmodel.errors import ArgumentError, UsageError
 from ncmodel.types import Image, Mask
 

@@ -5,13 +5,14 @@ within the tolerance of some pixel of B (Cole et al. 2008, Liu et al. 2020):
 
     precision = near(A, B) / |A|        recall = near(B, A) / |B|
     IoU = (near(A, B) + near(B, A)) / (|A| + |B|)
-    Chamfer = (mean distance A to B + mean distance B to A) / 2, in pixels
+
+and `ncmodel.chamfer` has the symmetric Chamfer distance, in pixels.
 
 F1 is the harmonic mean of precision and recall. Over many drawings all others are averaged, and F1 is that of the mean
 precision and the mean recall.
 
 Empty drawings: two empty ones agree (ratios 1, Chamfer 0). If only one is empty, all ratios are 0, since a drawing that
-shows nothing must not gain by it, and Chamfer is the picture's diagonal, more than any distance in it.
+shows nothing must not gain by it, and Chamfer is the picture's diagonal.
 """
 
 import math
@@ -20,8 +21,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from ncmodel.chamfer import Lines, chamfer_distance
 from ncmodel.errors import ArgumentError
-from ncmodel.export.distance_transform import distance_to
 from ncmodel.types import Image, Mask
 
 
@@ -48,29 +49,6 @@ MEASURES = tuple(field.name for field in fields(Measures))
 LOWER_IS_BETTER = frozenset(["chamfer"])
 
 
-@dataclass(frozen=True, eq=False)
-class Lines:
-    """A thin drawing with what comparing it needs, computed once for many comparisons.
-
-    Attributes:
-        mask: (H, W) drawn pixels.
-        distance: (H, W) distance of each pixel to the drawing; `None` for an empty one.
-    """
-
-    mask: Mask
-    distance: Image | None
-
-    @staticmethod
-    def of(mask: Mask) -> "Lines":
-        """Prepare a mask."""
-        return Lines(mask, distance_to(mask) if mask.any() else None)
-
-    @property
-    def diagonal(self) -> float:
-        """Pixels from corner to corner of the picture."""
-        return math.hypot(*self.mask.shape)
-
-
 def compare_lines(synthetic: Lines, reference: Lines, tolerance: float) -> Measures:
     """All measures of one drawing against one reference.
 
@@ -84,12 +62,10 @@ def compare_lines(synthetic: Lines, reference: Lines, tolerance: float) -> Measu
     """
     if not tolerance >= 0.0:
         raise ValueError(f"the tolerance is {tolerance} pixels, expected 0 or more")
-    if synthetic.mask.shape != reference.mask.shape:
-        raise ValueError(f"drawings have shapes {synthetic.mask.shape} and {reference.mask.shape}, expected the same")
-    if synthetic.distance is None or reference.distance is None:
-        agree = synthetic.distance is reference.distance
-        ratio = 1.0 if agree else 0.0
-        return Measures(ratio, ratio, ratio, ratio, 0.0 if agree else synthetic.diagonal)
+    chamfer = chamfer_distance(synthetic, reference)
+    if synthetic.empty or reference.empty:
+        ratio = 1.0 if synthetic.empty and reference.empty else 0.0
+        return Measures(ratio, ratio, ratio, ratio, chamfer)
     to_reference = reference.distance[synthetic.mask]
     to_synthetic = synthetic.distance[reference.mask]
     near_reference = _count_near(to_reference, tolerance)
@@ -97,18 +73,12 @@ def compare_lines(synthetic: Lines, reference: Lines, tolerance: float) -> Measu
     precision = near_reference / len(to_reference)
     recall = near_synthetic / len(to_synthetic)
     iou = (near_reference + near_synthetic) / (len(to_reference) + len(to_synthetic))
-    chamfer = 0.5 * (_mean(to_reference) + _mean(to_synthetic))
     return Measures(precision, recall, f1_score(precision, recall), iou, chamfer)
 
 
 def measure(synthetic: Mask, reference: Mask, tolerance: float) -> Measures:
     """All measures of one thin mask against another; see `compare_lines`."""
     return compare_lines(Lines.of(synthetic), Lines.of(reference), tolerance)
-
-
-def chamfer_distance(first: Lines, second: Lines) -> float:
-    """Symmetric Chamfer distance in pixels, with the module's rule for empty drawings."""
-    return compare_lines(first, second, math.inf).chamfer
 
 
 def f1_score(precision: float, recall: float) -> float:
@@ -150,7 +120,3 @@ def _count_near(distances: Image, tolerance: float) -> int:
     # Squares of pixel distances are whole numbers, so rounding them undoes float32's error where it matters.
     squared = np.rint(np.square(distances, dtype=np.float64))
     return int(np.count_nonzero(squared <= tolerance * tolerance * (1.0 + 1e-12)))
-
-
-def _mean(distances: Image) -> float:
-    return float(distances.mean(dtype=np.float64))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from eval.measures.metrics import Lines, chamfer_distance
+from ncmodel.chamfer import Lines, chamfer_distance
 from ncmodel.errors import InputError
 
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from eval.measures.comparison import COLUMNS, Comparison, comparison_table, shown
 from eval.measures.evaluation import Evaluation, Score, Target
-from eval.measures.metrics import MEASURES, Lines
+from eval.measures.metrics import MEASURES
+from ncmodel.chamfer import Lines
 from ncmodel.files import write_text
 from ncmodel.images import Pixels, from_ink, shrink
 from ncmodel.report.contact_sheet import Tile
@@ -73,9 +74,7 @@ def overlay(drawing: Lines, reference: Lines, tolerance: float, removed: Mask | 
 
 
 def _near(lines: Lines, tolerance: float) -> Mask:
-    if lines.distance is None:
-        return np.zeros_like(lines.mask)
-    return np.asarray(lines.distance <= tolerance)
+    return np.zeros_like(lines.mask) if lines.empty else np.asarray(lines.distance <= tolerance)
 
 
 def _thick(mask: Mask) -> Mask:

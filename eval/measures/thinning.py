@@ -5,8 +5,8 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from ncmodel.chamfer import distance_to
 from ncmodel.errors import ArgumentError
-from ncmodel.export.distance_transform import distance_to
 from ncmodel.images import read_grey
 from ncmodel.types import Image, Mask
 

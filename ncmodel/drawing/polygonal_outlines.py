@@ -16,10 +16,9 @@ from ncmodel.export.rasterize import draw_segments
 from ncmodel.geometry.adjacency import Offsets
 from ncmodel.geometry.normals_areas import Indices, check_columns, sides_of
 from ncmodel.jit import kernel
-from ncmodel.lines.chaining import connected
+from ncmodel.lines.chaining import connected, shared_ends
 from ncmodel.lines.edges import Edges
 from ncmodel.lines.visibility import visible_pieces
-from ncmodel.mesh.weld import weld_points
 from ncmodel.scene.surface import Surface
 from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mask, Segments, Stroke
 
@@ -100,7 +99,7 @@ def _step(lines: LineSet, surface: Surface, camera: Camera) -> Floats:
 
 def _with_neighbours(points: Floats, chosen: Ints) -> Mask:
     """(S,) the chosen segments (S, 2, 3), and those that share an end with one: they lead on to strokes."""
-    nodes = weld_points(points.reshape(-1, 3)).reshape(-1, 2)
+    nodes = shared_ends(points)
     return np.asarray(np.isin(nodes, nodes[chosen]).any(axis=1))
 
 

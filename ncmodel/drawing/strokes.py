@@ -8,7 +8,7 @@ from ncmodel.camera import Camera
 from ncmodel.drawing.overlapping_strokes import drop_overlapping
 from ncmodel.jit import kernel
 from ncmodel.lines.chaining import chain
-from ncmodel.mesh.weld import weld_points
+from ncmodel.mesh.weld import coincident, rounding
 from ncmodel.types import Floats, Ints, LineSet, Mask, Segments, Stroke
 
 TOLERANCE = 0.25
@@ -73,7 +73,7 @@ def _spurs(points: Floats, first: Ints, short: Mask) -> Mask:
     """(C,) True for the `short` ones of polylines (points first[c] : first[c + 1]) that end on one that isn't short."""
     if not short.any() or short.all():
         return np.zeros(len(short), dtype=np.bool_)
-    node = weld_points(points)
+    node = coincident(points, rounding(points))
     taken = node[np.repeat(~short, np.diff(first))]
     return np.asarray(short & (np.isin(node[first[:-1]], taken) | np.isin(node[first[1:] - 1], taken)))
 

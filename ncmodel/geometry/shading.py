@@ -45,11 +45,11 @@ def _shaded(face: Ints, barycentric: Floats, faces: Indices, vertices: Floats, n
             if f < 0:
                 continue
             weights = barycentric[row, column]
-            x, y, z = _blend(vertices, faces, f, weights)
+            x, y, z = blended(vertices, faces, f, weights)
             x, y, z = eye[0] - x, eye[1] - y, eye[2] - z
             distance = math.sqrt(x * x + y * y + z * z)
             for level in range(len(normals)):
-                nx, ny, nz = _blend(normals[level], faces, f, weights)
+                nx, ny, nz = blended(normals[level], faces, f, weights)
                 length = distance * math.sqrt(nx * nx + ny * ny + nz * nz)
                 cosine = (nx * x + ny * y + nz * z) / length if length > 0.0 else 0.0
                 images[level, row, column] = max(cosine, 0.0)
@@ -57,7 +57,7 @@ def _shaded(face: Ints, barycentric: Floats, faces: Indices, vertices: Floats, n
 
 
 @kernel
-def _blend(vectors: Floats, faces: Indices, f: int, weights: Floats) -> tuple[float, float, float]:
+def blended(vectors: Floats, faces: Indices, f: int, weights: Floats) -> tuple[float, float, float]:
     """The weighted sum of the vectors at a face's corners."""
     i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
     a, b, c = weights[0], weights[1], weights[2]

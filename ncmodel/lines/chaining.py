@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ncmodel.geometry.adjacency import components
 from ncmodel.jit import kernel
-from ncmodel.mesh.weld import linked, weld_points
+from ncmodel.mesh.weld import coincident, rounding
 from ncmodel.types import Floats, Ints, Mask
 
 SHARPEST_TURN = 0.0
@@ -48,7 +49,7 @@ def chain(points: Floats) -> Chains:
     """
     if len(points) == 0:
         return Chains(np.empty(0, np.int64), np.empty(0, np.bool_), np.zeros(1, np.int64))
-    nodes = weld_points(points.reshape(-1, points.shape[2])).reshape(-1, 2)
+    nodes = shared_ends(points)
     kept = _distinct(nodes)
     partner = _link(nodes[kept].ravel(), np.ascontiguousarray(points[kept]))
     segment, flipped, first = _trace(partner)
@@ -59,9 +60,14 @@ def connected(points: Floats) -> Ints:
     """(S,) a number for each of (S, 2, D) segments, equal for those that are connected through shared end points."""
     if len(points) == 0:
         return np.empty(0, np.int64)
-    nodes = weld_points(points.reshape(-1, points.shape[2]))
-    segment = np.repeat(np.arange(len(points)), 2)
-    return np.asarray(linked(segment, nodes)[::2])
+    nodes = shared_ends(points)
+    return np.asarray(components(nodes, nodes.size)[nodes[:, 0]])
+
+
+def shared_ends(points: Floats) -> Ints:
+    """(S, 2) a number for each end of (S, 2, D) segments, equal for ends that are one up to rounding."""
+    ends = points.reshape(-1, points.shape[2])
+    return coincident(ends, rounding(ends)).reshape(-1, 2)
 
 
 def _distinct(nodes: Ints) -> Ints:

@@ -1,7 +1,8 @@
 """Mesh files -> vertices and triangles, as they are in the file.
 
-They are read by the project itself, because vertex and face order must be kept and a drawing shouldn't wait for a large
-library to load.
+They are read by the project itself. trimesh, which reads all of these formats, moves quads behind triangles, fans out
+polygons that aren't convex, gives a vertex for each of its textures, and takes some files that break off for empty ones
+(`tests/ncmodel/mesh/test_trimesh.py` has an example for each format); and a drawing shouldn't wait for it to load.
 """
 
 import re

@@ -23,7 +23,9 @@ def line_drawing(lines: Tensor, features: Tensor, always: Tensor, thresholds: Te
 
     Args:
         lines: (4, P) ink in [0, 1] of suggestive contours S, ridges R, valleys V and apparent ridges A, unfiltered.
-        features: (4, P) Dk, k1, k2 (valleys: positive where concave) and k_t, in units of their 90th percentiles.
+        features: (4, P) Dk, k1, k2 (valleys: positive where concave) and, for apparent ridges, q1, in units of their
+            90th percentiles. Equation 4 writes k_t there, Judd et al.'s view-dependent curvature; q1, as rtsc
+            computes it, is the square of that curvature.
         always: (P,) ink of what no threshold filters: the larger of contours I_C and boundaries I_B.
         thresholds: (B, 4) t = (t_S, t_R, t_V, t_A), each at least 0.
 

@@ -136,7 +136,10 @@ def _crests(image: Floats, sigma: float) -> tuple[Mask, Floats]:
 
 
 def _connected(mask: Mask, seeds: Mask, length: float) -> Mask:
-    """The 8-connected pieces of a mask that hold a seed and have at least `length` pixels."""
+    """The 8-connected pieces of a mask that hold a seed and have at least `length` pixels.
+
+    scikit-image's hysteresis joins pixels along their sides only, and ridges run diagonally too.
+    """
     count, labels = cv2.connectedComponents(mask.astype(np.uint8), connectivity=8)
     flat = np.asarray(labels, dtype=np.int64).ravel()
     size = np.bincount(flat, minlength=count)

@@ -1,6 +1,5 @@
 """Confidence intervals of shares."""
 
-import math
 from dataclasses import dataclass
 
 CONFIDENCE = 0.95
@@ -17,7 +16,7 @@ class Interval:
         return self.low <= value <= self.high
 
 
-def wilson_interval(successes: float, trials: int, confidence: float = CONFIDENCE) -> Interval:
+def wilson_interval(successes: int, trials: int, confidence: float = CONFIDENCE) -> Interval:
     """Wilson's score interval for a share; (0, 1) without trials.
 
     References:
@@ -25,10 +24,7 @@ def wilson_interval(successes: float, trials: int, confidence: float = CONFIDENC
     """
     if trials == 0:
         return Interval(0.0, 1.0)
-    from scipy.special import ndtri
+    from scipy.stats import binomtest
 
-    z = float(ndtri(0.5 + confidence / 2.0))
-    share, z2 = successes / trials, z * z / trials
-    centre = (share + z2 / 2.0) / (1.0 + z2)
-    reach = z * math.sqrt(share * (1.0 - share) / trials + z2 / (4.0 * trials)) / (1.0 + z2)
-    return Interval(max(0.0, centre - reach), min(1.0, centre + reach))
+    found = binomtest(successes, trials).proportion_ci(confidence, method="wilson")
+    return Interval(float(found.low), float(found.high))

@@ -4,16 +4,19 @@ Lines are those of the front of a surface: a shell that is inside out would show
 disagree every edge between them would be a border. So the fewest possible faces are turned to agree with their
 neighbours, and then shells around a volume are turned outwards, unless they lie within another one (then they are its
 cavities) or around the eye. Sheets have no outside and stay.
+
+That takes no rays, so that a drawing of a sound mesh waits for nothing. Cleaning, which sends rays for other reasons
+too, decides by the side that is seen more (`show_fronts` in `dataset_tools.cleaning.repair`); how neighbours come to
+agree is the same for both, `wound_alike`.
 """
 
 import math
 
 import numpy as np
 
-from ncmodel.geometry.adjacency import Offsets
+from ncmodel.geometry.adjacency import Offsets, Rings, components, wound_alike
 from ncmodel.geometry.normals_areas import Indices, check_columns
 from ncmodel.jit import kernel
-from ncmodel.mesh.union_find import root
 from ncmodel.scene.surface import Surface
 from ncmodel.tracing import timed
 from ncmodel.types import Floats, Ints, Mask, Mesh
@@ -37,9 +40,10 @@ def turn_outwards(surface: Surface, eye: tuple[float, float, float] | None = Non
     rings = None if surface.is_closed else surface.rings
     with timed(surface.trace, "winding"):
         if rings is None:
-            shell, turned = _closed_shells(faces, len(mesh.vertices)), np.zeros(len(faces), dtype=np.bool_)
+            shell = components(faces, len(mesh.vertices))[faces[:, 0]]
+            turned = np.zeros(len(faces), dtype=np.bool_)
         else:
-            shell, turned = _agreeing(len(faces), *rings)
+            shell, turned = _agreeing(len(faces), rings)
         wound = np.where(turned[:, None], faces[:, ::-1], faces) if turned.any() else faces
         turned ^= _inside_out(mesh.vertices, wound, shell, eye)[shell]
         if not turned.any():
@@ -66,36 +70,21 @@ def _inside_out(vertices: Floats, faces: Indices, shell: Ints, eye: tuple[float,
     return wrong
 
 
-@kernel
-def _closed_shells(faces: Indices, vertex_count: int) -> Ints:
-    """(F,) a number for each face, equal for those that are connected through vertices."""
-    check_columns(faces, 3)
-    parent = np.arange(vertex_count)
-    for f in range(len(faces)):
-        a = root(parent, faces[f, 0])
-        for c in (1, 2):
-            b = root(parent, faces[f, c])
-            parent[max(a, b)] = min(a, b)
-            a = min(a, b)
-    number, count = np.full(vertex_count, -1), 0
-    shell = np.empty(len(faces), np.int64)
-    for f in range(len(faces)):
-        a = root(parent, faces[f, 0])
-        if number[a] < 0:
-            number[a] = count
-            count += 1
-        shell[f] = number[a]
-    return shell
-
-
-@kernel
-def _agreeing(count: int, starts: Offsets, around: Indices, face: Indices) -> tuple[Ints, Mask]:
+def _agreeing(count: int, rings: Rings) -> tuple[Ints, Mask]:
     """Faces connected through edges of two faces, and how they come to agree.
 
     Returns:
         (F,) a number for each face, equal for connected ones; (F,) True for those to be turned, the fewer of each.
     """
-    parent, odd = np.arange(count), np.zeros(count, np.bool_)
+    shell, odd = wound_alike(count, *_shared_sides(*rings))
+    mostly = np.bincount(shell, odd) > np.bincount(shell, ~odd)
+    return shell, odd ^ mostly[shell]
+
+
+@kernel
+def _shared_sides(starts: Offsets, around: Indices, face: Indices) -> tuple[Ints, Mask]:
+    """(P, 2) the faces at each edge of two; (P,) whether they run along it in the same direction."""
+    pairs, disagree, found = np.empty((len(face) // 2, 2), np.int64), np.empty(len(face) // 2, np.bool_), 0
     seen = np.full(len(starts), -1)
     sides, first, leaving = np.zeros(len(starts), np.int64), np.zeros(len(starts), np.int64), np.zeros(len(starts))
     second, also_leaving = first.copy(), leaving.copy()
@@ -114,42 +103,11 @@ def _agreeing(count: int, starts: Offsets, around: Indices, face: Indices) -> tu
         for n in range(starts[v], starts[v + 1]):
             for w in around[n]:
                 if w > v and sides[w] == 2:
-                    _join(parent, odd, first[w], second[w], leaving[w] == also_leaving[w])
+                    pairs[found, 0], pairs[found, 1] = first[w], second[w]
+                    disagree[found] = leaving[w] == also_leaving[w]
+                    found += 1
                     sides[w] = 0
-    balance = np.zeros(count, np.int64)
-    for f in range(count):
-        balance[_find(parent, odd, f)[0]] += 1 - 2 * int(_find(parent, odd, f)[1])
-    shell, turned, number = np.empty(count, np.int64), np.empty(count, np.bool_), np.full(count, -1)
-    shells = 0
-    for f in range(count):
-        top, parity = _find(parent, odd, f)
-        if number[top] < 0:
-            number[top] = shells
-            shells += 1
-        shell[f], turned[f] = number[top], parity != (balance[top] < 0)
-    return shell, turned
-
-
-@kernel
-def _find(parent: Ints, odd: Mask, i: int) -> tuple[int, bool]:
-    """The representative of i's set, and whether i is to be turned for it to be as it is."""
-    parity = False
-    while parent[i] != i:
-        odd[i] ^= odd[parent[i]]
-        parent[i] = parent[parent[i]]
-        parity ^= odd[i]
-        i = parent[i]
-    return i, parity
-
-
-@kernel
-def _join(parent: Ints, odd: Mask, i: int, j: int, disagree: bool) -> None:
-    """Unite the sets of two faces; within one set (a Moebius strip) nothing can be done."""
-    a, parity_a = _find(parent, odd, i)
-    b, parity_b = _find(parent, odd, j)
-    if a != b:
-        parent[b] = a
-        odd[b] = (parity_a != parity_b) != disagree
+    return pairs[:found], disagree[:found]
 
 
 @kernel

@@ -7,10 +7,10 @@ closed shells that touch stay two.
 
 import numpy as np
 
-from ncmodel.mesh.weld import merged
+from ncmodel.mesh.weld import coincident, merged
 from ncmodel.scene.surface import Surface
 from ncmodel.tracing import timed
-from ncmodel.types import Ints, Mesh
+from ncmodel.types import Mesh
 
 
 def sew_seams(surface: Surface) -> Surface:
@@ -19,7 +19,7 @@ def sew_seams(surface: Surface) -> Surface:
         return surface
     borders = np.unique(surface.boundary_edges.ends)
     with timed(surface.trace, "sewn"):
-        same = _coincident(surface.mesh, borders)
+        same = coincident(surface.mesh.vertices, among=borders)
         count = int((same != np.arange(len(same))).sum())
         if count == 0:
             return surface
@@ -27,11 +27,3 @@ def sew_seams(surface: Surface) -> Surface:
         note = f"sewed seams: {count} vertices merged with others on borders at equal positions"
         mesh = Mesh(vertices, faces, surface.mesh.name, (*surface.mesh.notes, note))
     return Surface(mesh, surface.trace, surface.sizing)
-
-
-def _coincident(mesh: Mesh, among: Ints) -> Ints:
-    """(V,) for each vertex itself, or for those `among` them the first one at the same position."""
-    same = np.arange(len(mesh.vertices))
-    _, first, group = np.unique(mesh.vertices[among], axis=0, return_index=True, return_inverse=True)
-    same[among] = among[first[group.ravel()]]
-    return same

@@ -16,7 +16,7 @@ from dataset_tools.build.costs import (
     measure_builds,
     measure_view,
 )
-from dataset_tools.candidates.chamfer_matrix import chamfer_matrix
+from ncmodel.chamfer import chamfer_matrix
 from ncmodel.mesh.load import make_mesh
 from ncmodel.types import Mask, Mesh
 from tests.helpers import dirty

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from dataset_tools.build.worker_process import Apart, Limits, Lost
+from dataset_tools.build.worker_process import CallFailed, Limits, WorkerProcess
 from ncmodel.errors import InputError
 from ncmodel.geometry.raycast import RayScene
 from ncmodel.types import Mesh
@@ -20,8 +20,8 @@ LIMITS = Limits(seconds=60.0, memory_gb=8.0)
 
 
 @pytest.fixture
-def apart() -> Iterator[Apart]:
-    process = Apart()
+def worker() -> Iterator[WorkerProcess]:
+    process = WorkerProcess()
     yield process
     process.close()
 
@@ -67,21 +67,21 @@ def threads_after_work(argument: object) -> tuple[int, int]:
     return len(os.listdir("/proc/self/task")), len(os.sched_getaffinity(0))
 
 
-def test_a_process_works_on_one_thread_and_may_use_any_core(apart: Apart) -> None:
-    threads, cores = apart.call(threads_after_work, None, LIMITS)
+def test_a_process_works_on_one_thread_and_may_use_any_core(worker: WorkerProcess) -> None:
+    threads, cores = worker.call(threads_after_work, None, LIMITS)
     assert threads == 2, "one that works, one that watches the parent"
     assert cores == len(os.sched_getaffinity(0))
 
 
-def test_calls_share_a_process_of_their_own(apart: Apart) -> None:
-    first, second = (apart.call(process_id, None, LIMITS) for _ in range(2))
+def test_calls_share_a_process_of_their_own(worker: WorkerProcess) -> None:
+    first, second = (worker.call(process_id, None, LIMITS) for _ in range(2))
     assert first == second != os.getpid()
 
 
-def test_errors_come_back_as_they_were(apart: Apart) -> None:
+def test_errors_come_back_as_they_were(worker: WorkerProcess) -> None:
     with pytest.raises(InputError, match=r"some\.obj: nothing; expected something"):
-        apart.call(complain, "some.obj", LIMITS)
-    assert apart.call(chatter, "noise", LIMITS) == "noise"
+        worker.call(complain, "some.obj", LIMITS)
+    assert worker.call(chatter, "noise", LIMITS) == "noise"
 
 
 @pytest.mark.parametrize(
@@ -93,24 +93,24 @@ def test_errors_come_back_as_they_were(apart: Apart) -> None:
     ],
     ids=["crash", "exit", "endless"],
 )
-def test_a_lost_call_says_why_and_the_next_one_works(
-    apart: Apart, function: object, argument: int, reason: str
+def test_a_failed_call_says_why_and_the_next_one_works(
+    worker: WorkerProcess, function: object, argument: int, reason: str
 ) -> None:
     assert callable(function)
-    with pytest.raises(Lost, match=reason):
-        apart.call(function, argument, Limits(seconds=1.0, memory_gb=8.0))
-    assert apart.call(chatter, "on", LIMITS) == "on"
+    with pytest.raises(CallFailed, match=reason):
+        worker.call(function, argument, Limits(seconds=1.0, memory_gb=8.0))
+    assert worker.call(chatter, "on", LIMITS) == "on"
 
 
-def test_a_result_that_cannot_travel_is_lost(apart: Apart) -> None:
-    with pytest.raises(Lost, match="its process died with status 1"):
-        apart.call(unpicklable, 1, LIMITS)
+def test_a_result_that_cannot_travel_fails_the_call(worker: WorkerProcess) -> None:
+    with pytest.raises(CallFailed, match="its process died with status 1"):
+        worker.call(unpicklable, 1, LIMITS)
 
 
-def test_the_process_is_gone_after_closing(apart: Apart) -> None:
-    process = apart.call(process_id, None, LIMITS)
-    apart.close()
+def test_the_process_is_gone_after_closing(worker: WorkerProcess) -> None:
+    process = worker.call(process_id, None, LIMITS)
+    worker.close()
     assert not Path(f"/proc/{process}").exists()
-    apart.end()
-    with pytest.raises(Lost, match="the run was ended"):
-        apart.call(process_id, None, LIMITS)
+    worker.end()
+    with pytest.raises(CallFailed, match="the run was ended"):
+        worker.call(process_id, None, LIMITS)

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from dataset_tools.candidates.candidates import CandidateThresholds, draw_candidates
-from dataset_tools.candidates.chamfer_matrix import chamfer_matrix
 from dataset_tools.candidates.k_medoids import RESTARTS, select
 from dataset_tools.candidates.viewpoints import camera_at, choose_azimuths
 from dataset_tools.cleaning.repair import clean_file
+from ncmodel.chamfer import chamfer_matrix
 from ncmodel.errors import UsageError
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View

@@ -247,7 +247,7 @@ def test_pictures_keep_what_they_show(batch: Path, data: Path) -> None:
 
 
 def test_embedded_pictures(data: Path, artists: Path, tmp_path: Path) -> None:
-    needs = dict.fromkeys(DataFolder(data).items()[:4], 1)
+    needs = dict.fromkeys(DataFolder(data).items()[:4], 2)
     make_batch(data, tmp_path / "b", needs, SCHEME, Look(16, 16, embed=True), ArtistsFolder(artists))
     assert rows(tmp_path / "b")[0]["q01_d1"].startswith("data:image/png;base64,")
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dataset_tools.votes.agreement import krippendorff_alpha, p_value_of_evenness
+from dataset_tools.votes.agreement import krippendorff_alpha
 from dataset_tools.votes.careless_responding import flags
 from dataset_tools.votes.consensus import Rules, aggregate
 from dataset_tools.votes.dawid_skene import one_coin
@@ -174,13 +174,6 @@ def test_one_coin_posterior_of_unanimous_strangers() -> None:
 def test_rules_that_make_no_sense(bad: dict[str, float]) -> None:
     with pytest.raises(UsageError, match="expected"):
         Rules(**bad)  # type: ignore[arg-type]
-
-
-def test_evenness_agrees_with_scipy() -> None:
-    from scipy.stats import chisquare
-
-    for counts in ([3, 9, 4, 6, 1, 2, 8, 5], [5] * 8, [40, 0, 0, 0, 0, 0, 0, 0]):
-        assert p_value_of_evenness(counts) == pytest.approx(chisquare(counts).pvalue)
 
 
 def test_alpha_of_perfect_and_of_no_agreement() -> None:

@@ -1,6 +1,6 @@
 """The baselines: what they draw, and searches that find what they should."""
 
-from itertools import pairwise, product
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +9,9 @@ import pytest
 from eval.baselines import canny, grid, rtsc
 from eval.baselines.rtsc import ALWAYS, AR, METHODS, RV, SC, plan
 from eval.measures.evaluation import Settings, Target
-from eval.measures.metrics import Lines, chamfer_distance
 from eval.measures.thinning import read_ink
 from ncmodel.camera import Camera
+from ncmodel.chamfer import chamfer_distance
 from ncmodel.drawing.plan import Plan
 from ncmodel.mesh.load import load_mesh, make_mesh
 from ncmodel.scene.surface import Surface
@@ -134,23 +134,6 @@ def test_the_search_finds_the_parameters_that_drew_the_reference(view: View) -> 
     assert canny.search(examples, canny.GRID[::3]) == truth
     with pytest.raises(ValueError, match="no examples"):
         canny.search([])
-
-
-def random_lines(rng: np.random.Generator, share: float) -> Lines:
-    return Lines.of(rng.random((18, 23)) < share)
-
-
-@pytest.mark.parametrize("shares", [(0.01, 0.03, 0.03), (0.0, 0.03, 0.03), (0.0, 0.0, 0.0)])
-def test_costs_of_unions_equal_those_of_the_drawn_unions(shares: tuple[float, float, float]) -> None:
-    rng = np.random.default_rng(3)
-    always, reference = random_lines(rng, shares[0]), random_lines(rng, shares[1])
-    empty = Lines.of(np.zeros((18, 23), bool))
-    layers = [[*(random_lines(rng, shares[2]) for _ in range(count)), empty] for count in (2, 3, 1)]
-    costs = grid.union_costs(always, layers, reference)
-    assert costs.shape == (3, 4, 2)
-    for index in product(*(range(len(group)) for group in layers)):
-        union = np.logical_or.reduce([always.mask, *(layers[axis][place].mask for axis, place in enumerate(index))])
-        assert costs[index] == pytest.approx(chamfer_distance(Lines.of(union), reference), rel=1e-5)
 
 
 @pytest.fixture(scope="module")

@@ -8,18 +8,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 
-from dataset_tools.candidates.chamfer_matrix import chamfer
 from eval.measures.metrics import (
     MEASURES,
-    Lines,
     Measures,
-    chamfer_distance,
     compare_lines,
     f1_score,
     mean_measures,
     measure,
     tolerance_from_page,
 )
+from ncmodel.chamfer import Lines, chamfer_distance
 from ncmodel.errors import UsageError
 from ncmodel.types import Mask
 from tests.helpers.oracles import drawing_measures
@@ -178,11 +176,6 @@ def test_chamfer_alone_is_the_same_number() -> None:
     rng = np.random.default_rng(1)
     a, b = rng.random((2, 50, 60)) < 0.02
     assert chamfer_distance(Lines.of(a), Lines.of(b)) == compare_lines(Lines.of(a), Lines.of(b), 2.0).chamfer
-
-
-@given(two_masks())
-def test_candidates_are_clustered_by_the_same_distance(masks: tuple[Mask, Mask]) -> None:
-    assert chamfer_distance(*map(Lines.of, masks)) == pytest.approx(chamfer(*masks))
 
 
 def test_a_page_turns_millimetres_into_pixels() -> None:

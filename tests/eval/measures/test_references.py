@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from eval.measures.metrics import Lines
 from eval.measures.references import find_drawings, find_references, most_consistent, pair_up
+from ncmodel.chamfer import Lines
 from ncmodel.errors import InputError
 
 

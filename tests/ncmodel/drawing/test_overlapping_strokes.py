@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from eval.measures.metrics import Lines, compare_lines
+from eval.measures.metrics import compare_lines
+from ncmodel.chamfer import Lines
 from ncmodel.drawing.draw import draw
 from ncmodel.drawing.overlapping_strokes import drop_overlapping
 from ncmodel.mesh.load import make_mesh

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from ncmodel.export.linesort import LEAF, pen_order
+from ncmodel.export.linesort import BRANCHES, pen_order
 from ncmodel.types import Floats, Stroke
 from tests.helpers.strokes import pen_reversed
 
@@ -26,7 +26,7 @@ def nearest_first(ends: Floats) -> Floats:
     return np.array(path)
 
 
-@pytest.mark.parametrize("count", [1, 2, LEAF // 2, LEAF // 2 + 1, 100, 513])
+@pytest.mark.parametrize("count", [1, 2, BRANCHES // 2, BRANCHES // 2 + 1, 100, 513])
 @pytest.mark.parametrize("spread", ["even", "clustered", "on a line", "at one point"])
 def test_the_nearest_end_is_next(count: int, spread: str) -> None:
     rng = np.random.default_rng(count)

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from eval.measures.metrics import Lines, compare_lines
+from eval.measures.metrics import compare_lines
 from eval.measures.thinning import thin_lines
 from ncmodel.camera import Camera
+from ncmodel.chamfer import Lines
 from ncmodel.drawing.draw import draw
 from ncmodel.scene.surface import Surface
 from ncmodel.types import Floats, Ints, LineFamily, Mesh, Thresholds

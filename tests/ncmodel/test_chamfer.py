@@ -1,13 +1,24 @@
-"""Chamfer distances against brute force."""
+"""Distances to drawn pixels and Chamfer distances, of pairs and of unions, against brute force."""
 
+from itertools import product
+
+import cv2
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes, arrays
 from scipy.spatial.distance import cdist
 
-from dataset_tools.candidates.chamfer_matrix import chamfer, chamfer_matrix, distance_field
+from ncmodel.chamfer import Lines, chamfer_distance, chamfer_matrix, chamfer_to_unions, distance_to
 from ncmodel.types import Floats, Mask
+from tests.helpers.oracles import pixel_distances
 
 TOLERANCE = 1e-4  # pixels
+
+
+def chamfer(a: Mask, b: Mask) -> float:
+    return chamfer_distance(Lines.of(a), Lines.of(b))
 
 
 def brute_force(a: Mask, b: Mask) -> float:
@@ -30,6 +41,29 @@ def random_layers(count: int, shape: tuple[int, int], seed: int = 0) -> Mask:
 def matrix_by_brute_force(layers: Mask, members: Mask) -> Floats:
     drawings = np.array([layers[m].any(axis=0) for m in members])
     return np.array([[brute_force(a, b) for a in drawings] for b in drawings])
+
+
+@given(arrays(np.bool_, array_shapes(min_dims=2, max_dims=2, max_side=16)))
+def test_distances_equal_brute_force(mask: Mask) -> None:
+    everywhere = np.ones_like(mask)
+    expected = (
+        pixel_distances(everywhere, mask).min(axis=1).reshape(mask.shape)
+        if mask.any()
+        else np.full(mask.shape, np.hypot(*mask.shape))
+    )
+    np.testing.assert_allclose(distance_to(mask), expected, rtol=1e-6)
+
+
+def test_last_bits_do_not_depend_on_how_they_were_rounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    mask = np.zeros((500, 800), dtype=np.bool_)
+    mask[3, 5] = True
+    expected = distance_to(mask)
+    rows, columns = np.indices(mask.shape)
+    np.testing.assert_array_equal(expected, np.sqrt(((rows - 3) ** 2 + (columns - 5) ** 2).astype(np.float32)))
+    transform = cv2.distanceTransform
+    for toward in (np.float32(0), np.float32(np.inf)):
+        monkeypatch.setattr(cv2, "distanceTransform", lambda *a, t=toward: np.nextafter(transform(*a), t))
+        np.testing.assert_array_equal(distance_to(mask), expected)
 
 
 def test_two_points_are_as_far_apart_as_they_are() -> None:
@@ -102,5 +136,39 @@ def test_more_layers_than_fit_are_refused() -> None:
         chamfer_matrix(np.zeros((63, 4, 4), dtype=bool), np.ones((2, 63), dtype=bool))
 
 
-def test_the_field_of_an_empty_picture_is_its_diagonal() -> None:
-    assert distance_field(np.zeros((3, 4), dtype=bool)).tolist() == [[5.0] * 4] * 3
+@st.composite
+def two_masks(draw: st.DrawFn) -> Mask:
+    height, width = draw(array_shapes(min_dims=2, max_dims=2, max_side=12))
+    return draw(arrays(np.bool_, (2, height, width)))
+
+
+@given(two_masks())
+def test_the_matrix_holds_the_distance_of_a_pair(masks: Mask) -> None:
+    matrix = chamfer_matrix(masks, np.eye(2, dtype=bool))
+    assert matrix[0, 1] == pytest.approx(chamfer(*masks), abs=TOLERANCE)
+
+
+def test_different_sizes_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"\(3, 4\) and \(4, 3\)"):
+        chamfer(np.eye(3, 4, dtype=bool), np.eye(4, 3, dtype=bool))
+
+
+def test_the_distance_to_an_empty_drawing_is_the_diagonal() -> None:
+    assert distance_to(np.zeros((3, 4), dtype=bool)).tolist() == [[5.0] * 4] * 3
+
+
+def random_lines(rng: np.random.Generator, share: float) -> Lines:
+    return Lines.of(rng.random((18, 23)) < share)
+
+
+@pytest.mark.parametrize("shares", [(0.01, 0.03, 0.03), (0.0, 0.03, 0.03), (0.02, 0.0, 0.03), (0.0, 0.0, 0.0)])
+def test_distances_to_unions_equal_those_to_the_drawn_unions(shares: tuple[float, float, float]) -> None:
+    rng = np.random.default_rng(3)
+    always, reference = random_lines(rng, shares[0]), random_lines(rng, shares[1])
+    empty = random_lines(rng, 0.0)
+    layers = [[*(random_lines(rng, shares[2]) for _ in range(count)), empty] for count in (2, 3, 1)]
+    costs = chamfer_to_unions(always, layers, reference)
+    assert costs.shape == (3, 4, 2)
+    for index in product(*(range(len(group)) for group in layers)):
+        union = np.logical_or.reduce([always.mask, *(layers[axis][place].mask for axis, place in enumerate(index))])
+        assert costs[index] == pytest.approx(chamfer_distance(Lines.of(union), reference), rel=1e-5)
