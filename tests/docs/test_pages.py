@@ -22,7 +22,7 @@ def check_command(argv: list[str]) -> None:
     """Raise if a command or an option doesn't exist, an argument is missing, or a number isn't one."""
     command = typer.main.get_command(app)
     while isinstance(command, typer.core.TyperGroup) and argv and not argv[0].startswith("-"):
-        found = command.get_command(None, argv[0])  # type: ignore[arg-type]
+        found = command.get_command(typer.Context(command), argv[0])
         assert found is not None, f"no command {argv[0]}"
         command, argv = found, argv[1:]
     if isinstance(command, typer.core.TyperGroup):
