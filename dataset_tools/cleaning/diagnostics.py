@@ -79,7 +79,7 @@ def diagnose(
         degenerate_faces=int(sliver_faces(points, triangles).sum()),
         repeated_faces=len(triangles) - len(np.unique(np.sort(triangles, axis=1), axis=0)),
         border_edges=int((sides.count == 1).sum()),
-        touching_vertices=len(touching_vertices(points, triangles, snap)),
+        touching_vertices=touching_vertices(points, triangles, snap),
         non_manifold_edges=int((sides.count > 2).sum()),
         non_manifold_vertices=int((fans > 1).sum()),
         inconsistent_edges=int((sides.forward[pairs.first] == sides.forward[pairs.second]).sum()),

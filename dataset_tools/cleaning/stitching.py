@@ -1,22 +1,15 @@
-"""Borders that touch without sharing vertices: found and connected.
+"""Borders that touch without sharing vertices, within a tolerance that is the same everywhere: found and connected.
 
-Two polygons that meet along an edge but not in the same vertices leave a crack that can't be seen, yet every line that
-crosses it breaks and a boundary is drawn along it. Border vertices closer than a tolerance become one, and border edges
-that pass through another border vertex are split there.
+Border vertices closer than the tolerance become one, and border edges that pass through another border vertex are split
+there. Drawings sew seams likewise (`ncmodel.scene.seams`); there the tolerance follows the borders' curves.
 """
 
 import numpy as np
-from numba import njit
 
 from dataset_tools.cleaning.half_edges import half_edges
+from ncmodel.mesh.stitching import MAX_PASSES, SHARE_OF_EDGE, split_faces, touching
 from ncmodel.mesh.weld import coincident
 from ncmodel.types import Floats, Ints
-
-SHARE_OF_EDGE = 0.1
-"""Nothing moves by more than this share of the edges around it, whatever the tolerance: fine detail is left alone."""
-
-MAX_PASSES = 8
-"""A split can make another one possible; slivers side by side need several passes."""
 
 
 def merge_border_vertices(vertices: Floats, faces: Ints, tolerance: float) -> tuple[Ints, int]:
@@ -48,51 +41,28 @@ def split_at_touching_vertices(vertices: Floats, faces: Ints, tolerance: float) 
     Returns:
         The faces, each split one replaced by its parts in place, and how many vertices were taken into edges.
     """
-    taken = 0
+    before = len(faces)
     for _ in range(MAX_PASSES):
-        touches = touching_vertices(vertices, faces, tolerance)
+        ends, face, touches = _touches(vertices, faces, tolerance)
         if len(touches) == 0:
             break
-        faces, used = _split_once(vertices, faces, touches)
-        taken += used
-    return faces, taken
+        faces = split_faces(vertices, faces, ends, face, touches)
+    return faces, len(faces) - before
 
 
-def touching_vertices(vertices: Floats, faces: Ints, tolerance: float) -> Ints:
-    """(n, 3) rows: a border edge's face, the corner it starts at, and a border vertex that lies on it."""
+def touching_vertices(vertices: Floats, faces: Ints, tolerance: float) -> int:
+    """How often a border vertex lies on a border edge that doesn't end there."""
+    return len(_touches(vertices, faces, tolerance)[2])
+
+
+def _touches(vertices: Floats, faces: Ints, tolerance: float) -> tuple[Ints, Ints, Ints]:
+    """The border edges (n, 2), the face of each, and which vertices touch which of them."""
     sides = half_edges(faces)
-    border = sides.border
-    corners = np.unique(sides.start[border])
-    corners = corners[np.argsort(vertices[corners, 0], kind="stable")]
-    edge, vertex = _on_edges(vertices, sides.start[border], sides.end[border], corners, tolerance).T
-    face = sides.face[border][edge]
-    apart = (faces[face] != vertex[:, None]).all(axis=1)
-    return np.asarray(np.stack([face, sides.corner[border][edge], vertex], axis=1)[apart])
-
-
-def _split_once(vertices: Floats, faces: Ints, touches: Ints) -> tuple[Ints, int]:
-    """Split each touched face along one of its edges, the first touched one."""
-    by_face: dict[int, tuple[int, list[int]]] = {}
-    for face, corner, vertex in touches.tolist():
-        known = by_face.setdefault(face, (corner, []))
-        if known[0] == corner:
-            known[1].append(vertex)
-    parts = {face: _fan(vertices, faces[face], *touched) for face, touched in by_face.items()}
-    count = np.ones(len(faces), dtype=np.int64)
-    count[list(parts)] = [len(part) for part in parts.values()]
-    first = np.cumsum(count) - count
-    split = np.repeat(faces, count, axis=0)
-    for face, part in parts.items():
-        split[first[face] : first[face] + len(part)] = part
-    return split, len(split) - len(faces)
-
-
-def _fan(vertices: Floats, face: Ints, corner: int, on_edge: list[int]) -> Ints:
-    """The face split at vertices on the edge that starts at `corner`: a fan from the corner opposite it."""
-    start, end, apex = face[corner], face[(corner + 1) % 3], face[(corner + 2) % 3]
-    along = vertices[on_edge] @ (vertices[end] - vertices[start])
-    chain = np.concatenate([[start], np.array(on_edge, dtype=np.int64)[np.argsort(along, kind="stable")], [end]])
-    return np.stack([chain[:-1], chain[1:], np.full(len(chain) - 1, apex)], axis=1)
+    ends = np.stack([sides.start, sides.end], axis=1)[sides.border]
+    face = sides.face[sides.border]
+    length = np.linalg.norm(vertices[ends[:, 1]] - vertices[ends[:, 0]], axis=1)
+    reach = np.minimum(tolerance, SHARE_OF_EDGE * length)
+    return ends, face, touching(vertices, faces, ends, face, reach, margin=reach)
 
 
 def _shortest_edges(vertices: Floats, faces: Ints) -> Floats:
@@ -104,31 +74,3 @@ def _shortest_edges(vertices: Floats, faces: Ints) -> Floats:
         np.minimum.at(shortest, a, length)
         np.minimum.at(shortest, b, length)
     return shortest
-
-
-@njit(cache=True)
-def _on_edges(vertices: Floats, start: Ints, end: Ints, corners: Ints, tolerance: float) -> Ints:
-    """(n, 2) rows (edge, vertex) of the `corners`, sorted by x, that lie strictly inside an edge."""
-    found = []
-    x = vertices[corners, 0]
-    for e in range(len(start)):
-        a, b = vertices[start[e]], vertices[end[e]]
-        axis = b - a
-        square = axis @ axis
-        if square == 0.0:
-            continue
-        reach = min(tolerance, SHARE_OF_EDGE * np.sqrt(square))
-        lowest = np.searchsorted(x, min(a[0], b[0]) - reach)
-        highest = np.searchsorted(x, max(a[0], b[0]) + reach)
-        for i in range(lowest, highest):
-            away = vertices[corners[i]] - a
-            s = (away @ axis) / square
-            if s <= 0.0 or s >= 1.0 or corners[i] == start[e] or corners[i] == end[e]:
-                continue
-            off = away - s * axis
-            if off @ off <= reach * reach and min(s, 1.0 - s) * np.sqrt(square) > reach:
-                found.append((e, corners[i]))
-    rows = np.empty((len(found), 2), np.int64)
-    for i in range(len(found)):
-        rows[i, 0], rows[i, 1] = found[i]
-    return rows

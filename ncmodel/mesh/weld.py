@@ -112,13 +112,13 @@ def _near(points: Floats, reach: Floats) -> Ints:
     low = points.min(axis=0)
     extent = float((points.max(axis=0) - low).max())
     cell = max(CELL * float(reach.max()), extent / MOST_CELLS, 1e-300)
-    scaled, key = _placed(points, low, cell)
+    scaled, key = placed(points, low, cell)
     order = np.argsort(key)
     return np.asarray(_claimed(scaled, reach / cell, order, key[order]))
 
 
 @kernel
-def _placed(points: Floats, low: Floats, cell: float) -> tuple[Floats, Ints]:
+def placed(points: Floats, low: Floats, cell: float) -> tuple[Floats, Ints]:
     """Points (N, D) on a grid that starts at `low`.
 
     Returns:
@@ -129,12 +129,12 @@ def _placed(points: Floats, low: Floats, cell: float) -> tuple[Floats, Ints]:
     for i in range(len(points)):
         for axis in range(points.shape[1]):
             scaled[i, missing + axis] = (points[i, axis] - low[axis]) / cell
-        key[i] = _number(int(scaled[i, 0]), int(scaled[i, 1]), int(scaled[i, 2]))
+        key[i] = cell_number(int(scaled[i, 0]), int(scaled[i, 1]), int(scaled[i, 2]))
     return scaled, key
 
 
 @kernel
-def _number(x: int, y: int, z: int) -> int:
+def cell_number(x: int, y: int, z: int) -> int:
     """One number for the three of a cell; those of cells in a row along z follow each other."""
     return (((x << 21) + y) << 21) + z
 
@@ -159,7 +159,7 @@ def _claimed(points: Floats, reach: Floats, order: Ints, keys: Ints) -> Ints:
         lowest, highest = int(max(z - reach[i], 0.0)), int(z + reach[i])
         for column in range(int(max(x - reach[i], 0.0)), int(x + reach[i]) + 1):
             for row in range(int(max(y - reach[i], 0.0)), int(y + reach[i]) + 1):
-                first, last = _number(column, row, lowest), _number(column, row, highest)
+                first, last = cell_number(column, row, lowest), cell_number(column, row, highest)
                 if column == int(x) and row == int(y):
                     n = place[i]
                     while n > 0 and keys[n - 1] >= first:
