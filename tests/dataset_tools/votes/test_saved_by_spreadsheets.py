@@ -13,16 +13,10 @@ from dataset_tools.votes.ingest import ingest_results
 from dataset_tools.votes.reliability import assess
 from dataset_tools.votes.votes import read_votes
 from ncmodel.errors import BatchError, InputError
-from tests.dataset_tools.votes.test_votes import FIELDS, KEY, ROWS, to_csv, value
 from tests.helpers.crowd_data import vote_rows
+from tests.helpers.results_files import FIELDS, KEY, ROWS, to_csv, value
 
 PLAIN = to_csv(ROWS).decode()
-
-
-@pytest.fixture
-def batch(tmp_path: Path) -> Path:
-    (tmp_path / "key.json").write_text(json.dumps(KEY.record()))
-    return tmp_path
 
 
 def saved(separator: str, encoding: str, first: str = "") -> bytes:
