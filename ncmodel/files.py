@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all."""
+"""Files that are there whole or not at all, and those that nobody means."""
 
 import os
 import tempfile
@@ -7,6 +7,11 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ncmodel.errors import InputError
+
+
+def is_clutter(name: str) -> bool:
+    """Whether a file or folder of this name is hidden or left behind by a system (`._a.obj`, `.trash`, `__MACOSX`)."""
+    return name.startswith(".") or name == "__MACOSX"
 
 
 @contextmanager

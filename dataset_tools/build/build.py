@@ -183,7 +183,8 @@ def _clean_shapes(
             current = record is not None and (record.get("sha256"), record.get("up")) == (content, up)
             if record is None or not current or (retry and record["status"] == "failed"):
                 settings = (config.min_faces, config.clean)
-                tasks.append(CleanTask(str(store.root), str(source.path), content, source.name, up, *settings))
+                where = str(source.path), source.place
+                tasks.append(CleanTask(str(store.root), *where, content, source.name, up, *settings))
             advance(source.name)
     if not tasks:
         return

@@ -1,17 +1,19 @@
-"""The mesh files that a data folder is made from: their names as shapes, their upward axes, their content."""
+"""The mesh files that a data folder is made from: where they lie, their upward axes, their content."""
 
 import csv
 import hashlib
-import itertools
 import json
-import re
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from dataset_tools.build.config import UPWARD
 from dataset_tools.build.manifest import file_checksum
+from dataset_tools.build.shape_names import known_names, name_shapes
+from ncmodel.data.data_folder import DataFolder
 from ncmodel.errors import InputError
+from ncmodel.files import is_clutter
 from ncmodel.mesh.gltf import beside
 from ncmodel.mesh.load import SUFFIXES
 
@@ -33,25 +35,54 @@ class Source:
     place: str
 
 
-def find_sources(mesh_dir: str | Path) -> list[Source]:
+def find_sources(mesh_dir: str | Path, data_dir: str | Path | None = None) -> list[Source]:
     """The mesh files below a folder, in the order of their paths; a shape is named after its path.
 
+    Linked folders are followed, each folder once. What systems leave behind (names that begin with a dot, `__MACOSX`)
+    is no input, nor is what a data folder below it holds.
+
+    Args:
+        mesh_dir: The folder.
+        data_dir: The data folder that they are for: shapes keep the names that they have in it.
+
     Raises:
-        InputError: There is none.
+        InputError: There is none, or a folder can't be read.
     """
     root = Path(mesh_dir)
-    paths = sorted(path for path in root.rglob("*") if path.suffix.lower() in SUFFIXES and path.is_file())
+    paths = sorted(_mesh_paths(root)) if root.is_dir() else []
     if not paths:
         raise InputError(root, "no mesh file" if root.is_dir() else "no such folder", f"files *{' *'.join(SUFFIXES)}")
-    names: dict[str, Source] = {}
-    for path in paths:
-        relative = path.relative_to(root)
-        plain, full = _file_name(str(relative.with_suffix(""))), _file_name(str(relative))
-        numbered = (f"{full}-{number}" for number in itertools.count(2))
-        # Several paths may come down to one name; no shape may take another's place.
-        name = next(name for name in itertools.chain((plain, full), numbered) if name not in names)
-        names[name] = Source(name, path, relative.as_posix())
-    return list(names.values())
+    places = {path.relative_to(root).as_posix(): path for path in paths}
+    names = name_shapes(list(places), known_names(DataFolder(data_dir), list(places)) if data_dir else {})
+    return [Source(names[place], path, place) for place, path in places.items()]
+
+
+def _mesh_paths(root: Path) -> Iterator[Path]:
+    """The mesh files below a folder; a link that leads nowhere is among them, so that it is told."""
+    folders, links, seen = [root], list[Path](), set[Path]()
+    while folders or links:
+        folder = folders.pop() if folders else links.pop(0)  # linked ones last: what lies here has its own path
+        if folder.resolve() in seen:
+            continue
+        seen.add(folder.resolve())
+        try:
+            names = sorted(os.listdir(folder))
+        except OSError as error:
+            raise InputError(folder, f"can't be read ({error.strerror})", "a folder of meshes") from error
+        for name in names:
+            path = folder / name
+            if is_clutter(name) or _is_made(path):
+                continue
+            if path.is_dir():
+                (links if path.is_symlink() else folders).append(path)
+            elif path.suffix.lower() in SUFFIXES and (path.is_file() or path.is_symlink()):
+                yield path
+
+
+def _is_made(path: Path) -> bool:
+    """Whether it is a folder that builds write."""
+    data = DataFolder(path.parent)
+    return path in (data.shapes_folder, data.views_folder) and data.config_path.is_file()
 
 
 def content_checksum(path: Path) -> str:
@@ -96,8 +127,3 @@ def _buffers(path: Path) -> Iterator[Path]:
     except (ValueError, AttributeError):
         return  # whoever reads it says what is wrong
     yield from files
-
-
-def _file_name(text: str) -> str:
-    """A text as part of a file name."""
-    return re.sub(r"[^A-Za-z0-9.-]+", "_", text).strip("_.") or "shape"

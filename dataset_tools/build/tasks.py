@@ -35,6 +35,7 @@ class CleanTask:
     Attributes:
         root: The data folder.
         source: The mesh file.
+        place: Its path below the mesh folder, by which the shape's name is found again.
         sha256: Of its content, by which a file that was changed is told.
         name: The shape's name.
         up: The file's upward axis.
@@ -44,6 +45,7 @@ class CleanTask:
 
     root: str
     source: str
+    place: str
     sha256: str
     name: str
     up: str
@@ -95,7 +97,7 @@ def failed_files(task: CleanTask, reason: str) -> dict[str, bytes]:
 
 
 def _record(task: CleanTask, status: str, reason: str, **more: Any) -> bytes:
-    source = {"source": Path(task.source).name, "sha256": task.sha256, "up": task.up}
+    source = {"source": Path(task.source).name, "place": task.place, "sha256": task.sha256, "up": task.up}
     settings = {name: getattr(task.settings, name) for name in ("weld", "snap", "remove_hidden", "support")}
     record = {"status": status, "reason": reason, **source, **more, "settings": settings}
     return (json.dumps(record, indent=1) + "\n").encode()

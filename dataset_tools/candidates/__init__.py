@@ -1,1 +1,1 @@
-"""The views of a shape, the 264 candidate drawings of a view, and the 8 selected."""
+"""The views of a shape, the 264 candidate drawings of a view, the 8 selected, and what they look like."""

@@ -43,7 +43,7 @@ def build(
     chosen = {"views": views, "width": width, "height": height, "seed": seed, "up": up, "min_faces": min_faces}
     rules = read_up_table(up_table) if up_table else None
     settings = _settings(config, DataFolder(data_dir).config_path, {**chosen, "up_rules": rules})
-    sources = find_sources(mesh_dir)
+    sources = find_sources(mesh_dir, data_dir)
     with runner_for(core_count() if workers is None else workers, scheduler) as runner:
         summary = build_dataset(sources, data_dir, settings, runner, progress, retry)
     emit(summary_record(summary), as_json, summary_text(summary))
@@ -145,7 +145,7 @@ def sheet(
     names: Annotated[list[str] | None, typer.Option("--view", help="SHAPE_VIEW, repeatable. (default all)")] = None,
 ) -> None:
     """Draw a contact sheet: renders and selected drawings of each view."""
-    from dataset_tools.build.contact_sheet import data_sheet
+    from dataset_tools.candidates.contact_sheet import data_sheet
     from ncmodel.images import write_png
 
     if output.suffix.lower() != ".png":

@@ -49,7 +49,9 @@ def emit_simulated(done: Mapping[str, object], output: Path, as_json: bool) -> N
 def emit_ingested(done: "Ingested", output: Path, as_json: bool) -> None:
     """Tell what an ingestion did; its problems make the exit status 1."""
     record = {**asdict(done), "problems": [str(problem) for problem in done.problems]}
-    emit(record, as_json, f"{done.assignments} questionnaires with {done.votes} votes added to {output}")
+    left_out = f", {done.rejected} rejected ones left out" if done.rejected else ""
+    text = f"{done.assignments} questionnaires with {done.votes} votes added to {output}{left_out}"
+    emit(record, as_json, text)
     for problem in done.problems[:MAX_SHOWN_PROBLEMS]:
         sys.stderr.write(f"{problem}\n")
     if done.problems:

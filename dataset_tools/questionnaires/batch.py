@@ -66,7 +66,7 @@ class Planner:
             raise UsageError("no item needs votes: there is nothing to ask")
         self.data, self.scheme, self.needs = data, scheme, needs
         self.tokens = Tokens(scheme.seed, _fingerprint(data, needs))
-        rng = np.random.default_rng([scheme.seed, int(self.tokens("order"), 16)])
+        rng = np.random.default_rng([scheme.seed, self.tokens.number("order")])
         self._blocks = assign_items(needs, scheme.real, rng, fill)
         self._places, self._positions = QuestionOrder(rng), DrawingOrder(rng)
         self._twins = {item: item_twins(data, item) for item in needs}

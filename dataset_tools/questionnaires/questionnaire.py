@@ -177,7 +177,18 @@ class Tokens:
         self._secret = hashlib.blake2b(contents, key=str(seed).encode(), digest_size=32).digest()
 
     def __call__(self, *parts: object, size: int = 8) -> str:
-        """`size` bytes as hexadecimal digits."""
+        """`size` bytes as hexadecimal digits, of which the first is a letter.
+
+        A spreadsheet takes `123456789012e456` and `0041..` for numbers and saves others in their place.
+        """
+        digits = self._hash(parts, size)
+        return "abcdef"[int(digits[0], 16) % 6] + digits[1:]
+
+    def number(self, *parts: object) -> int:
+        """A number of 64 bits, to seed what is random."""
+        return int(self._hash(parts, 8), 16)
+
+    def _hash(self, parts: tuple[object, ...], size: int) -> str:
         text = json.dumps([str(part) for part in parts])
         return hashlib.blake2b(text.encode(), key=self._secret, digest_size=size).hexdigest()
 

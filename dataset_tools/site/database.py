@@ -129,6 +129,7 @@ class SiteStore:
         if worker in self._policy.taken_part:
             return Refusal.DONE
         secret, now = secrets.token_urlsafe(32), self._clock()
+        name = f"p{secrets.token_hex(12)}"  # what begins with a letter is no number to a spreadsheet
         with self._change() as db:
             self._release(db, now)
             known = _assignment(db, "state <> 'abandoned' AND worker = ?", worker)
@@ -140,7 +141,7 @@ class SiteStore:
             db.execute(
                 "INSERT INTO participants (id, token, worker, parameters, questionnaire, state, started, seen) "
                 "VALUES (?, ?, ?, ?, ?, 'active', ?, ?)",
-                (secrets.token_hex(12), _hash(secret), worker, json.dumps(dict(parameters)), questionnaire, now, now),
+                (name, _hash(secret), worker, json.dumps(dict(parameters)), questionnaire, now, now),
             )
         return secret
 

@@ -15,7 +15,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from dataset_tools.questionnaires.questionnaire import IMAGES_NAME, KEY_NAME, NONE, TASKS_NAME, TEMPLATE_NAME, read_key
-from dataset_tools.votes.results_csv import MAX_FIELD
+from dataset_tools.votes.tables import MAX_FIELD
 from ncmodel.errors import InputError
 
 PICTURES = "/images/"

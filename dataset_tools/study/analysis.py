@@ -18,7 +18,7 @@ from dataset_tools.votes.answer_file import (
     to_seconds,
     to_whole,
 )
-from dataset_tools.votes.results_csv import Answered, Problem
+from dataset_tools.votes.results_csv import Answered, Problem, unusable
 from ncmodel.errors import InputError
 
 
@@ -68,8 +68,11 @@ def ingest_study(answered: Iterable[Answered | Problem], key: StudyKey, out: Pat
         InputError: `out` exists and isn't an answer file, or there were problems and nothing else.
     """
 
-    def interpret(one: Answered) -> list[PairAnswer | Problem] | None:
-        return list(_answers(one, key)) if one.questionnaire in key.questionnaires else None
+    def interpret(one: Answered) -> list[PairAnswer | Problem] | Problem | None:
+        if one.questionnaire not in key.questionnaires:
+            return None
+        offered = {question.field: question.answers for question in key.questionnaires[one.questionnaire]}
+        return unusable(one, offered) or list(_answers(one, key))
 
     return append(answered, interpret, AnswerFile(COLUMNS, read_answers, _to_row, _identity, _digest), out)
 

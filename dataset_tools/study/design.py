@@ -193,7 +193,7 @@ def build_study(
         found = f"no drawing of {unknown[0].case} by {unknown[0].rival}"
         raise InputError(folders.ours, found, "drawings of everything that is to be asked about")
     tokens = Tokens(scheme.seed, folders.fingerprint(wanted))
-    rng = np.random.default_rng([scheme.seed, int(tokens("order"), 16)])
+    rng = np.random.default_rng([scheme.seed, tokens.number("order")])
     items = {Item(one.case, one.rival): wanted.get(one, 0) for one in comparisons}
     questionnaires, stimuli = {}, []
     for number, block in enumerate(assign_items(items, scheme.pairs, rng, others=items)):

@@ -4,14 +4,14 @@ import csv
 import fcntl
 import math
 import os
-import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Generic, TypeVar
 
-from dataset_tools.votes.results_csv import MAX_FIELD, Answered, Problem
+from dataset_tools.votes.results_csv import Answered, Problem
+from dataset_tools.votes.tables import looks_mangled, open_table
 from ncmodel.errors import InputError
 from ncmodel.files import atomic
 
@@ -33,6 +33,7 @@ class Ingested:
 
     assignments: int = 0
     known_assignments: int = 0
+    rejected: int = 0
     votes: int = 0
     sources: dict[str, int] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
@@ -65,8 +66,9 @@ class AnswerFile(Generic[R]):
     digest: Callable[[R], int]
 
 
-Interpreter = Callable[[Answered], "Sequence[R | Problem] | None"]
-"""The records in an answered questionnaire, and what is wrong with it; None if it isn't one of this batch's."""
+Interpreter = Callable[[Answered], "Sequence[R | Problem] | Problem | None"]
+"""The records in an answered questionnaire, and what is wrong with it; a problem alone where it isn't to be recorded at
+all, and None if it isn't one of this batch's."""
 
 
 def append(
@@ -122,8 +124,18 @@ def _new(
         done.complain(one)
         return []
     if found is None:
-        message = f"questionnaire {one.questionnaire[:40]!r} is unknown; expected one of this batch's"
+        made = ", which a spreadsheet made of another," if looks_mangled(one.questionnaire) else ""
+        message = f"questionnaire {one.questionnaire[:40]!r}{made} is unknown; expected one of this batch's"
         done.complain(Problem(one.where, message))
+        return []
+    if one.rejected:
+        done.rejected += 1
+        if (one.worker, one.assignment, one.questionnaire) in known:
+            text = f"assignment {one.assignment[:40]!r} was read before it was rejected, and its answers stay"
+            done.complain(Problem(one.where, text))
+        return []
+    if isinstance(found, Problem):
+        done.complain(found)
         return []
     records = [record for record in found if not isinstance(record, Problem)]
     digest, identity = sum(map(file.digest, records)), (one.worker, one.assignment, one.questionnaire)
@@ -151,20 +163,20 @@ def read_rows(
     Raises:
         InputError: It can't be read or lacks a column that isn't optional.
     """
-    csv.field_size_limit(min(MAX_FIELD, sys.maxsize))
+    needed = [name for name in columns if name not in optional]
     try:
-        with path.open(encoding="utf-8-sig", newline="") as handle:
-            reader = csv.DictReader(handle)
-            present = reader.fieldnames or []
-            missing = [name for name in columns if name not in present and name not in optional]
+        with open_table(path, needed) as rows:
+            present = next(rows, [])
+            missing = [name for name in needed if name not in present]
             if missing:
                 raise InputError(path, f"no column {missing[0]}", f"{what} with the columns {', '.join(columns)}")
-            for number, row in enumerate(reader, 2):
-                yield f"{path}, row {number}", {name: _from_cell(row.get(name) or "") for name in columns}
+            for number, cells in enumerate(filter(None, rows), 2):
+                row = dict(zip(present, cells, strict=False))
+                yield f"{path}, row {number}", {name: _from_cell(row.get(name, "")) for name in columns}
     except OSError as error:
         raise InputError(path, f"can't be read ({error.strerror})", what) from error
     except (csv.Error, UnicodeDecodeError) as error:
-        raise InputError(path, f"not CSV in UTF-8 ({error})", what) from error
+        raise InputError(path, f"not CSV in UTF-8 or UTF-16 ({error})", what) from error
 
 
 def to_cell(value: object) -> str:

@@ -1,12 +1,11 @@
 """The approve/reject file of old: a results CSV with X in Approve or a reason in Reject, to be uploaded again."""
 
 import csv
-import sys
 from collections.abc import Mapping
 from pathlib import Path
 
 from dataset_tools.votes.reliability import Participant
-from dataset_tools.votes.results_csv import MAX_FIELD
+from dataset_tools.votes.tables import open_table
 from ncmodel.errors import InputError
 from ncmodel.files import atomic
 
@@ -29,26 +28,26 @@ def write_review(results: Path, participants: Mapping[str, Participant], out: Pa
     Raises:
         InputError: The file can't be read or has no WorkerId column.
     """
-    csv.field_size_limit(min(MAX_FIELD, sys.maxsize))
     counts = {"approved": 0, "rejected": 0, "unknown": 0}
     try:
-        with results.open(encoding="utf-8-sig", newline="") as source, atomic(out) as aside:
-            reader = csv.DictReader(source, restval="")
-            names = [name for name in (reader.fieldnames or []) if name not in ("Approve", "Reject")]
+        with open_table(results, ["WorkerId"]) as rows, atomic(out) as aside:
+            header = next(rows, [])
+            names = [name for name in header if name not in ("Approve", "Reject")]
             if "WorkerId" not in names:
                 raise InputError(results, f"columns {', '.join(names[:6])}", "a results CSV with WorkerId")
             with aside.open("w", encoding="utf-8", newline="") as file:
                 writer = csv.DictWriter(file, [*names, "Approve", "Reject"], extrasaction="ignore", lineterminator="\n")
                 writer.writeheader()
-                for row in reader:
-                    verdict = _verdict(participants.get((row["WorkerId"] or "").strip()))
+                for cells in filter(None, rows):
+                    row = dict(zip(header, cells, strict=False))
+                    verdict = _verdict(participants.get(row.get("WorkerId", "").strip()))
                     counts[verdict] += 1
                     approve, reject = "X" if verdict == "approved" else "", REASON if verdict == "rejected" else ""
                     writer.writerow({**row, "Approve": approve, "Reject": reject})
     except OSError as error:
         raise InputError(results, f"can't be read ({error.strerror})", "a results CSV") from error
     except (csv.Error, UnicodeDecodeError) as error:
-        raise InputError(results, f"not CSV in UTF-8 ({error})", "a results CSV") from error
+        raise InputError(results, f"not CSV in UTF-8 or UTF-16 ({error})", "a results CSV") from error
     return counts
 
 

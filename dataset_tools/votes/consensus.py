@@ -157,8 +157,9 @@ def aggregate(votes: pd.DataFrame, rules: Rules) -> Aggregated:
     shapes = {item.shape for item in items}
     unknown = sorted(set(rules.validation_shapes) - shapes)
     if unknown:
-        found = f"{unknown[0]}, which has no votes"
-        raise ArgumentError("validation_shapes", found, f"some of {', '.join(sorted(shapes))}")
+        have = "which has" if len(unknown) == 1 else "which have"
+        found = f"{', '.join(unknown)}, {have} no votes"
+        raise ArgumentError("validation_shapes", found, f"some of the {len(shapes)} shapes that were voted on")
     validation = rules.validation_shapes or _held_out(shapes, rules)
     return Aggregated(_verdicts(items, kept, rules), participants, frozenset(validation))
 

@@ -7,12 +7,12 @@ import csv
 import json
 import math
 import re
-import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
 
+from dataset_tools.votes.tables import BYTE_ORDER_MARK, looks_mangled, open_table
 from ncmodel.errors import InputError
 
 SIMULATED = "simulated participant"
@@ -20,9 +20,6 @@ SIMULATED = "simulated participant"
 
 SITE = "self-hosted site"
 """What it says in the download of this project's own site."""
-
-MAX_FIELD = 256 * 1024 * 1024
-"""Characters in one field; embedded pictures make long ones."""
 
 MAX_NAME = 500
 """Characters in the name of a worker, an assignment or a questionnaire."""
@@ -34,6 +31,9 @@ WORKER_COLUMNS = ("WorkerId", "Turkle.Username")
 _NOT_UTF8 = "\ufffd"  # what bytes that aren't UTF-8 are read as
 _ANSWER = "Answer."
 _BLOB = "Answer.taskAnswers"
+_SECONDS = "seconds"  # the page's own record of times, no answer
+_REVIEW = {"Approve", "Reject", ""}
+"""Columns at the end of the header that Mechanical Turk's rows don't reach: they are for the requester to fill in."""
 
 # Hours from UTC of the zone names that Mechanical Turk and Turkle write; others are read as UTC.
 _ZONES = {"UTC": 0, "GMT": 0, "EST": -5, "EDT": -4, "CST": -6, "CDT": -5, "MST": -7, "MDT": -6, "PST": -8, "PDT": -7,
@@ -58,6 +58,7 @@ class Answered:
         submitted: When, as ISO 8601 in UTC; "" where unknown.
         source: "mturk", "turkle", "site" or "simulated".
         where: File and row, for messages.
+        rejected: Whether the requester rejected it.
     """
 
     worker: str
@@ -69,6 +70,7 @@ class Answered:
     submitted: str
     source: str
     where: str
+    rejected: bool = False
 
 
 @dataclass(frozen=True)
@@ -88,18 +90,15 @@ def read_csv_results(path: Path) -> Iterator[Answered | Problem]:
     Raises:
         InputError: The file can't be read, or its header lacks what every results file has.
     """
-    csv.field_size_limit(min(MAX_FIELD, sys.maxsize))
     try:
-        with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
-            rows = csv.reader(file)
-            header = _header(path, next(rows, []))
-            yield from _rows(path, header, rows)
+        with open_table(path, REQUIRED_COLUMNS, errors="replace") as rows:
+            yield from _rows(path, _header(path, next(rows, [])), rows)
     except OSError as error:
         raise InputError(path, f"can't be read ({error.strerror})", "a results CSV") from error
 
 
 def _header(path: Path, names: Sequence[str]) -> list[str]:
-    header = [name.strip() for name in names]
+    header = [name.strip().lstrip(BYTE_ORDER_MARK) for name in names]
     missing = [name for name in REQUIRED_COLUMNS if name not in header]
     if missing or not any(name in header for name in WORKER_COLUMNS) or not any(n.startswith(_ANSWER) for n in header):
         found = f"columns {', '.join(name[:40] for name in header[:6])}{' ...' if len(header) > 6 else ''}"
@@ -130,10 +129,14 @@ def _rows(path: Path, header: list[str], rows: Iterator[list[str]]) -> Iterator[
             continue
         if not any(cell.strip() for cell in cells):
             continue
-        if len(cells) != len(header):
+        if set(REQUIRED_COLUMNS) <= {cell.strip() for cell in cells}:
+            header = _header(path, cells)  # of another file that was put behind the first one
+            continue
+        missing, more = header[len(cells) :], cells[len(header) :]
+        if not _REVIEW.issuperset(missing) or any(cell.strip() for cell in more):
             yield Problem(where, f"{len(cells)} cells; expected {len(header)}, as in the header")
             continue
-        yield _row(where, dict(zip(header, cells, strict=True)))
+        yield _row(where, dict(zip(header, [*cells, *("" for _ in missing)], strict=False)))
 
 
 def _row(where: str, row: Mapping[str, str]) -> Answered | Problem:
@@ -153,11 +156,12 @@ def _row(where: str, row: Mapping[str, str]) -> Answered | Problem:
         assignment=assignment,
         questionnaire=questionnaire,
         answers=answers,
-        seconds=parse_seconds(answers.get("seconds", "")),
+        seconds=parse_seconds(answers.get(_SECONDS, "")),
         total_seconds=_number(row.get("WorkTimeInSeconds", "")),
         submitted=parse_time(row.get("SubmitTime", "")),
         source=_source(row),
         where=where,
+        rejected=row.get("AssignmentStatus", "").strip().lower() == "rejected" or bool(row.get("Reject", "").strip()),
     )
 
 
@@ -170,11 +174,45 @@ def _source(row: Mapping[str, str]) -> str:
 
 
 def _answers(row: Mapping[str, str]) -> dict[str, str]:
-    """Plain answer columns, and those inside `Answer.taskAnswers` where the plain ones are empty."""
+    """What was answered in each field that the row has columns for, "" for nothing.
+
+    There are plain columns (`Answer.q01`), columns of one radio button each (`Answer.q01.VALUE`, true or false), and a
+    blob of all, `Answer.taskAnswers`; what says something goes before what is empty.
+    """
     plain = {name[len(_ANSWER) :]: cell.strip() for name, cell in row.items() if name.startswith(_ANSWER)}
     blob = plain.pop(_BLOB[len(_ANSWER) :], "")
-    inside = _task_answers(blob) if blob else {}
-    return {**inside, **{name: cell for name, cell in plain.items() if cell}}
+    buttons: dict[str, dict[str, bool]] = {}
+    for name, cell in plain.items():
+        field, _, value = name.partition(".")
+        if value:
+            buttons.setdefault(field, {})[value] = cell.lower() == "true"
+    radios = {field: _radio(chosen) for field, chosen in buttons.items()}
+    found = dict.fromkeys((*plain, *radios), "")
+    for answers in (_task_answers(blob) if blob else {}, radios, plain):
+        found |= {name: text for name, text in answers.items() if text or name not in found}
+    return found
+
+
+def unusable(answered: Answered, answers: Mapping[str, Container[str]]) -> Problem | None:
+    """Why an answering can't be held to what it says; None if it can.
+
+    Answers in other fields than those asked, and those that a spreadsheet made numbers of, aren't the participant's:
+    taken for wrong ones they would make the participant unreliable.
+
+    Args:
+        answered: What came back.
+        answers: Field that was asked -> what can be answered there.
+    """
+    given = {field: text for field, text in answered.answers.items() if field != _SECONDS}
+    if given and not any(field in answers for field in given):
+        names = ", ".join(field[:40] for field in list(given)[:3])
+        return Problem(answered.where, f"no answer fits: found answers to {names}; expected to {', '.join(answers)}")
+    for field, offered in answers.items():
+        text = given.get(field, "")
+        if text not in offered and looks_mangled(text):
+            found = f"{field} is {text[:40]!r}, which a spreadsheet made of an answer"
+            return Problem(answered.where, f"{found}; expected the file as it was downloaded")
+    return None
 
 
 def _task_answers(text: str) -> dict[str, str]:

@@ -25,7 +25,7 @@ from dataset_tools.votes.answer_file import (
     to_seconds,
     to_whole,
 )
-from dataset_tools.votes.results_csv import Answered, Problem
+from dataset_tools.votes.results_csv import Answered, Problem, unusable
 from ncmodel.data.item import DRAWINGS, Item
 from ncmodel.errors import InputError
 from ncmodel.files import atomic
@@ -146,9 +146,12 @@ def ingest(answered: Iterable[Answered | Problem], key: Key, out: Path) -> Inges
         InputError: `out` exists and isn't a vote file, or there were problems and nothing else.
     """
 
-    def interpret(one: Answered) -> list[Vote | Problem] | None:
+    def interpret(one: Answered) -> list[Vote | Problem] | Problem | None:
         questionnaire = key.questionnaires.get(one.questionnaire)
-        return None if questionnaire is None else list(votes_of(one, questionnaire))
+        if questionnaire is None:
+            return None
+        offered = {question.field: question.options for question in questionnaire.questions}
+        return unusable(one, offered) or list(votes_of(one, questionnaire))
 
     file = AnswerFile(COLUMNS, _read_rows, _to_row, _identity, _digest)
     return append(answered, interpret, file, out)

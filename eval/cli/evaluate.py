@@ -1,5 +1,6 @@
 """`ncontours evaluate`: synthetic drawings against references, measured as Cole et al. did."""
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +12,7 @@ from ncmodel.errors import BatchError, UsageError
 Drawings = Annotated[
     list[Path], typer.Option(help="Folder of drawings, NAME.png each; given several times, methods beside each other.")
 ]
-References = Annotated[Path, typer.Option(help="Folder of references: NAME.png or NAME/*.png.")]
+References = Annotated[Path, typer.Option(help="Folder of references: NAME.png or NAME/*.png (or JPEG, TIFF).")]
 Output = Annotated[Path, typer.Option("--output", "-o", help="Folder for report.json and report.html.")]
 Silhouettes = Annotated[
     Path | None, typer.Option(help="Folder of silhouettes NAME.png (masks or outlines) to take away from all drawings.")
@@ -48,7 +49,9 @@ def evaluate(
     folders = Folders(_by_name(drawings), references, silhouettes)
     with progress("evaluate", len(folders.names)) as advance:
         result = evaluate_folders(folders, settings, advance)
-    report = write_evaluation(output, result.comparison, result.gallery, result.failures, page)
+    report = write_evaluation(output, result.comparison, result.gallery, result.failures, page, result.notes)
+    for note in result.notes:
+        sys.stderr.write(f"note: {note}\n")
     emit(report, as_json, f"{comparison_text(result.comparison)}\n{output / 'report.html'}")
     if result.failures:
         raise BatchError(f"{len(result.failures)} not measured: {'; '.join(result.failures)}")

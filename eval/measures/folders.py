@@ -6,11 +6,12 @@ from pathlib import Path
 
 from eval.measures.comparison import Comparison
 from eval.measures.evaluation import Evaluation, Score, Settings, Target
-from eval.measures.references import Pairing, find_drawings, pair_up
+from eval.measures.references import PICTURES, Pairing, find_drawings, pair_up
 from eval.measures.report import OverlayGallery
+from eval.measures.scans import MOST_INK, read_reference
 from eval.measures.thinning import binarise, read_ink
 from ncmodel.errors import InputError, NeuralContoursError, UsageError
-from ncmodel.types import Mask
+from ncmodel.types import Image, Mask
 
 
 @dataclass(frozen=True)
@@ -21,11 +22,13 @@ class FolderEvaluation:
         comparison: Method -> scores, over the names that every method has.
         gallery: The pictures of the first method.
         failures: One line for each name that could not be measured.
+        notes: One line for each picture that was measured but is hardly what was meant.
     """
 
     comparison: Comparison
     gallery: OverlayGallery
     failures: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -34,20 +37,21 @@ class Folders:
 
     Attributes:
         drawings: Method -> its folder, NAME.png each; at least one.
-        references: NAME.png or NAME/*.png each.
-        silhouettes: NAME.png each, or `None`.
+        references: NAME.png or NAME/*.png each (or JPEG, TIFF).
+        silhouettes: NAME.png each (or JPEG, TIFF), or `None`.
     """
 
     drawings: Mapping[str, Path]
     references: Path
     silhouettes: Path | None = None
     pairings: dict[str, Pairing] = field(init=False, repr=False)
+    outlines: dict[str, Path] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         pairings = {method: pair_up(folder, self.references) for method, folder in self.drawings.items()}
         object.__setattr__(self, "pairings", pairings)
-        if self.silhouettes is not None:
-            find_drawings(self.silhouettes)
+        outlines = {} if self.silhouettes is None else find_drawings(self.silhouettes, PICTURES)
+        object.__setattr__(self, "outlines", outlines)
 
     @property
     def names(self) -> list[str]:
@@ -67,15 +71,21 @@ class Folders:
         """The references of one name, prepared.
 
         Raises:
-            InputError: A picture can't be read.
+            InputError: A picture can't be read, or a reference isn't lines on paper.
             UsageError: Sizes differ.
         """
         paths = next(iter(self.pairings.values())).references[name]
-        references = {path.relative_to(self.references).as_posix(): read_ink(path) for path in paths}
+        references = {path.relative_to(self.references).as_posix(): read_reference(path) for path in paths}
+        for path, ink in zip(paths, references.values(), strict=True):
+            share = _ink_share(ink, settings)
+            if share > MOST_INK:
+                raise InputError(path, f"{share:.0%} of it is ink", "lines on paper, at most a third of it ink")
         return Target.of(name, references, settings, self._silhouette(name))
 
     def _silhouette(self, name: str) -> Mask | None:
-        return None if self.silhouettes is None else binarise(read_ink(self.silhouettes / f"{name}.png"))
+        if self.silhouettes is None:
+            return None
+        return binarise(read_ink(self.outlines.get(name, self.silhouettes / f"{name}.png")))
 
 
 def evaluate_folders(folders: Folders, settings: Settings, advance: Callable[[str], None]) -> FolderEvaluation:
@@ -91,10 +101,10 @@ def evaluate_folders(folders: Folders, settings: Settings, advance: Callable[[st
     """
     failures = list(folders.unmatched())
     scores: dict[str, list[Score]] = {method: [] for method in folders.drawings}
-    gallery = OverlayGallery()
+    gallery, notes = OverlayGallery(), list[str]()
     for name in folders.names:
         try:
-            found = _evaluate_name(folders, name, settings, gallery)
+            found = _evaluate_name(folders, name, settings, gallery, notes)
         except UsageError as error:
             failures.append(str(error))
         except NeuralContoursError as error:
@@ -106,11 +116,11 @@ def evaluate_folders(folders: Folders, settings: Settings, advance: Callable[[st
     if not gallery.rows:
         raise InputError(folders.references, f"nothing could be measured ({failures[0]})", "comparable drawings")
     evaluations = {method: Evaluation(tuple(measured), settings) for method, measured in scores.items()}
-    return FolderEvaluation(Comparison(evaluations), gallery, tuple(failures))
+    return FolderEvaluation(Comparison(evaluations), gallery, tuple(failures), tuple(notes))
 
 
 def _evaluate_name(
-    folders: Folders, name: str, settings: Settings, gallery: OverlayGallery
+    folders: Folders, name: str, settings: Settings, gallery: OverlayGallery, notes: list[str]
 ) -> dict[str, tuple[Score, ...]]:
     target = folders.target(name, settings)
     inks = {method: read_ink(pairing.drawings[name]) for method, pairing in folders.pairings.items()}
@@ -118,4 +128,16 @@ def _evaluate_name(
     scores = {method: target.scores(drawing) for method, drawing in lines.items()}
     first = next(iter(inks))
     gallery.add(target, inks[first], lines[first], scores[first])
+    left = "left in it without what is near the silhouette" if target.removed is not None else "drawn in it"
+    for method, ink in inks.items():
+        path = folders.pairings[method].drawings[name]
+        if (share := _ink_share(ink, settings)) > MOST_INK:
+            notes.append(f"{path}: {share:.0%} of it is ink; expected dark lines on light paper, at most a third")
+        if lines[method].empty:
+            notes.append(f"{path}: nothing is {left}")
+    notes += [f"{folders.references / label}: nothing is {left}" for label, of in target.references.items() if of.empty]
     return scores
+
+
+def _ink_share(ink: Image, settings: Settings) -> float:
+    return float(binarise(ink, settings.threshold).mean())

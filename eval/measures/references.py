@@ -1,13 +1,20 @@
 """Drawings on disk: synthetic ones, the references that people drew, and the most consistent of several references."""
 
-from collections.abc import Sequence
+import unicodedata
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from ncmodel.chamfer import Lines, chamfer_distance
+from ncmodel.cli.draw import CONTACT_SHEET
 from ncmodel.errors import InputError
+from ncmodel.files import is_clutter
+
+DRAWINGS = (".png",)
+PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
+"""Suffixes of what `ncontours draw` writes, and of what people scan."""
 
 
 @dataclass(frozen=True)
@@ -27,35 +34,45 @@ class Pairing:
     without_drawing: tuple[str, ...]
 
 
-def find_drawings(folder: str | Path) -> dict[str, Path]:
+def find_drawings(folder: str | Path, suffixes: Sequence[str] = DRAWINGS) -> dict[str, Path]:
     """NAME -> picture for every NAME.png in a folder, in order of the names.
 
+    Args:
+        folder: Where they lie.
+        suffixes: Other suffixes to look for.
+
     Raises:
-        InputError: The folder is missing or holds no PNG file.
+        InputError: The folder is missing, holds no such file, or two of one name.
     """
     root = _folder(folder, "a folder of drawings, NAME.png each")
-    found = {path.stem: path for path in _pictures(root)}
+    found: dict[str, Path] = {}
+    for name, path in _pictures(root, suffixes):
+        if name in found:
+            raise InputError(path, f"the name of {found[name].name} too", "one picture of a name")
+        found[name] = path
     if not found:
         raise InputError(folder, "no PNG file in it", "drawings, NAME.png each")
-    return found
+    return dict(sorted(found.items()))
 
 
 def find_references(folder: str | Path) -> dict[str, list[Path]]:
-    """NAME -> its reference drawings: NAME.png and NAME/*.png, in order of the names.
+    """NAME -> its reference drawings: NAME.png and NAME/*.png (or JPEG, TIFF), in order of the names.
 
     Raises:
         InputError: The folder is missing or holds no reference.
     """
     root = _folder(folder, "a folder of references, NAME.png or NAME/*.png each")
     found: dict[str, list[Path]] = {}
-    for path in _pictures(root):
-        found.setdefault(path.stem, []).append(path)
+    for name, path in _pictures(root, PICTURES):
+        found.setdefault(name, []).append(path)
     for child in sorted(root.iterdir()):
-        if child.is_dir() and (inside := _pictures(child)):
-            found.setdefault(child.name, []).extend(inside)
+        if child.is_dir() and not is_clutter(child.name):
+            for _, path in _pictures(child, PICTURES):
+                found.setdefault(_name(child.name), []).append(path)
     if not found:
-        raise InputError(folder, "no PNG file in it or one folder below", "references, NAME.png or NAME/*.png each")
-    return {name: found[name] for name in sorted(found)}
+        expected = "references, NAME.png or NAME/*.png each (or JPEG, TIFF)"
+        raise InputError(folder, "no PNG file in it or one folder below", expected)
+    return dict(sorted(found.items()))
 
 
 def pair_up(drawings: str | Path, references: str | Path) -> Pairing:
@@ -101,8 +118,17 @@ def _names(names: list[str], limit: int = 3) -> str:
     return ", ".join(names[:limit]) + more
 
 
-def _pictures(folder: Path) -> list[Path]:
-    return sorted(path for path in folder.iterdir() if path.is_file() and path.suffix.lower() == ".png")
+def _pictures(folder: Path, suffixes: Sequence[str]) -> Iterator[tuple[str, Path]]:
+    """Names and pictures in a folder, in order of the files' names; neither clutter nor what `draw` adds."""
+    for path in sorted(folder.iterdir()):
+        meant = path.name != CONTACT_SHEET and not is_clutter(path.name)
+        if meant and path.suffix.lower() in suffixes and path.is_file():
+            yield _name(path.stem), path
+
+
+def _name(text: str) -> str:
+    """A name by which pictures are matched: some systems store accented letters in two parts, others in one."""
+    return unicodedata.normalize("NFC", text)
 
 
 def _folder(folder: str | Path, expected: str) -> Path:

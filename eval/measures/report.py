@@ -85,7 +85,10 @@ def _thick(mask: Mask) -> Mask:
 
 
 def record(
-    comparison: Comparison, failures: Sequence[str] = (), page: Mapping[str, float] | None = None
+    comparison: Comparison,
+    failures: Sequence[str] = (),
+    page: Mapping[str, float] | None = None,
+    notes: Sequence[str] = (),
 ) -> dict[str, object]:
     """The content of report.json.
 
@@ -93,6 +96,7 @@ def record(
         comparison: The methods' scores; the report is about the first, the others' means stand beside it.
         failures: One line for each item that could not be measured.
         page: Millimetres behind the tolerance, if it was given so.
+        notes: One line for each picture that is hardly what was meant.
     """
     method, evaluation = next(iter(comparison.evaluations.items()))
     return {
@@ -102,6 +106,7 @@ def record(
         "settings": {**asdict(evaluation.settings), **(page or {})},
         "methods": {name: asdict(comparison.mean(name)) for name in comparison.evaluations},
         "failures": list(failures),
+        "notes": list(notes),
     }
 
 
@@ -111,6 +116,7 @@ def write_evaluation(
     gallery: OverlayGallery,
     failures: Sequence[str] = (),
     page: Mapping[str, float] | None = None,
+    notes: Sequence[str] = (),
 ) -> dict[str, object]:
     """Write report.json and report.html into a folder, which is made if needed.
 
@@ -120,21 +126,26 @@ def write_evaluation(
         gallery: Its pictures.
         failures: One line for each item that could not be measured.
         page: Millimetres behind the tolerance, if it was given so.
+        notes: One line for each picture that is hardly what was meant.
 
     Returns:
         The content of report.json.
     """
     root = Path(folder)
     root.mkdir(parents=True, exist_ok=True)
-    content = record(comparison, failures, page)
+    content = record(comparison, failures, page, notes)
     write_text(root / "report.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
-    parts = sections(comparison, gallery, failures, page or {})
+    parts = sections(comparison, gallery, failures, page or {}, notes)
     write_report(root / "report.html", "Evaluation of line drawings", parts, _lead(comparison))
     return content
 
 
 def sections(
-    comparison: Comparison, gallery: OverlayGallery, failures: Sequence[str], page: Mapping[str, float]
+    comparison: Comparison,
+    gallery: OverlayGallery,
+    failures: Sequence[str],
+    page: Mapping[str, float],
+    notes: Sequence[str] = (),
 ) -> list[Section]:
     """The parts of the page: means and settings, each drawing's numbers, pictures."""
     evaluation = next(iter(comparison.evaluations.values()))
@@ -142,6 +153,7 @@ def sections(
     summary: list[Block] = [comparison_table(comparison, _CAPTION)]
     if failures:
         summary.append(Text(f"{len(failures)} not measured: {'; '.join(failures)}", "warning"))
+    summary += [Text(note, "warning") for note in notes]
     summary.append(Facts([(name.replace("_", " "), _in_words(value)) for name, value in settings.items()]))
     pictures: list[Block] = [Text(LEGEND, "note")]
     pictures += [Grid(tiles, name, columns=4, max_side=PICTURE_SIDE) for name, tiles in gallery.rows.items()]

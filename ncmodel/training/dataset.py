@@ -4,6 +4,7 @@ Views are read when they're asked for and kept in a cache of bounded size, so th
 with the number of views.
 """
 
+import hashlib
 from collections import OrderedDict
 from collections.abc import Sequence
 from pathlib import Path
@@ -57,6 +58,23 @@ class ViewImages:
         """(size, size) ink of one of the eight drawings."""
         # Files hold ink as black on white.
         return 1.0 - self._image(self.data.drawing_path(item, index), size, background=1.0)
+
+    def checksum(self, pairs: Sequence[Pair]) -> str:
+        """Tells the pictures that ranking pairs speak of from others, by the files' content: 64 hexadecimal digits.
+
+        Raises:
+            InputError: A file can't be read.
+        """
+        paths = {path for item in {pair.item for pair in pairs} for path in self.data.map_paths(item)}
+        paths |= {self.data.drawing_path(pair.item, index) for pair in pairs for index in (pair.better, pair.worse)}
+        digest = hashlib.sha256()
+        for path in sorted(paths):
+            try:
+                with open(path, "rb") as file:
+                    digest.update(hashlib.file_digest(file, "sha256").digest())
+            except OSError as error:
+                raise InputError(path, f"can't be read ({error.strerror})", "a picture of a finished view") from error
+        return digest.hexdigest()
 
     def _image(self, path: Path, size: int, background: float) -> Image:
         if path in self._cache:

@@ -200,7 +200,7 @@ def _resume(plan: Plan, trainer: _Trainer) -> Progressed | None:
         return None
     tensors, header = load_tensors(plan.state, STATE_KIND)
     for key, value in plan.settings.items():
-        was = header["settings"].get(key)
+        was = header["settings"].get(key, value)  # states of before don't tell the pictures
         if was != value:
             raise UsageError(
                 f"{plan.state}: an earlier training had {key} {was}, now {value}; expected the same, or a restart"

@@ -10,6 +10,7 @@ import json
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -170,6 +171,11 @@ class _Run:
             for name in options.stages:
                 self._forget(name)
 
+    @cached_property
+    def _pictures(self) -> str:
+        """What the pairs show: drawings and maps that were made again aren't those that an earlier run learnt from."""
+        return self.images.checksum(self.pairs)[:8]
+
     @property
     def records(self) -> dict[str, Any]:
         """What the checkpoint says about the stages that made it."""
@@ -218,6 +224,7 @@ class _Run:
             "preset": f"{self.preset.name} {_short_hash(numbers)}",
             "seed": self.options.seed,
             "pairs": f"{len(self.pairs)} {_short_hash(pairs)}",
+            "pictures": self._pictures,
         }
         rates: Rates = getattr(self.preset, stage)
         seconds = self.options.seconds

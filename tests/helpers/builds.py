@@ -37,7 +37,7 @@ def make_meshes(folder: Path) -> Path:
 
 def build(meshes: Path, folder: Path, runner: Runner | None = None, retry: bool = False) -> Summary:
     """Build with this module's settings, in this process unless another runner is given."""
-    return build_dataset(find_sources(meshes), folder, CONFIG, runner or HereRunner(), retry=retry)
+    return build_dataset(find_sources(meshes, folder), folder, CONFIG, runner or HereRunner(), retry=retry)
 
 
 def contents(folder: Path) -> dict[str, bytes]:

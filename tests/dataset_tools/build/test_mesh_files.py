@@ -43,21 +43,50 @@ def test_the_buffers_of_a_gltf_lie_beside_it(tmp_path: Path) -> None:
     assert content_checksum(tmp_path / "a.gltf") == file_checksum(tmp_path / "a.gltf")
 
 
+def touch(root: Path, *names: str) -> Path:
+    for name in names:
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (root / name).write_text(name)
+    return root
+
+
+def places(root: Path) -> list[str]:
+    return [source.place for source in find_sources(root)]
+
+
 def test_shapes_are_named_after_their_paths(tmp_path: Path) -> None:
-    for name in ("a b/c.obj", "a b/c.STL", "Ünïcode.ply", "notes.txt", "d.e.off"):
-        path = tmp_path / name
-        path.parent.mkdir(exist_ok=True)
-        path.write_text("")
+    touch(tmp_path, "a b/c.obj", "a b/c.STL", "Ünïcode.ply", "notes.txt", "d.e.off")
     found = {source.name: source.path.name for source in find_sources(tmp_path)}
-    assert found == {"a_b_c": "c.STL", "a_b_c.obj": "c.obj", "d.e": "d.e.off", "n_code": "Ünïcode.ply"}
+    assert found == {"a_b_c.STL": "c.STL", "a_b_c.obj": "c.obj", "d.e": "d.e.off", "Ünïcode": "Ünïcode.ply"}
 
 
-def test_no_shape_takes_anothers_place(tmp_path: Path) -> None:
-    (tmp_path / "a").mkdir()
-    for name in ("a/b.ply", "a b.ply", "a_b.ply"):
-        (tmp_path / name).write_text("")
-    sources = find_sources(tmp_path)
-    assert len({source.name for source in sources}) == len({source.path for source in sources}) == 3
+def test_what_systems_leave_behind_is_no_mesh(tmp_path: Path) -> None:
+    touch(tmp_path, "ball.obj", "._ball.obj", ".trash/old.obj", "__MACOSX/._ball.obj", "__MACOSX/sub/x.obj")
+    assert places(tmp_path) == ["ball.obj"]
+
+
+@pytest.mark.parametrize("data", ["data", "deep/data", "."])
+def test_what_a_build_wrote_is_no_mesh(tmp_path: Path, data: str) -> None:
+    touch(tmp_path, "ball.obj", "shapes.obj", f"{data}/config.toml", f"{data}/shapes/ball/mesh.ply")
+    assert places(tmp_path) == ["ball.obj", "shapes.obj"]
+    touch(tmp_path, "other/shapes/egg.ply")  # a folder of that name that no build wrote
+    assert "other/shapes/egg.ply" in places(tmp_path)
+
+
+def test_linked_folders_are_followed_once(tmp_path: Path) -> None:
+    meshes = touch(tmp_path / "meshes", "own/a.obj")
+    touch(tmp_path / "elsewhere", "b.obj", "deep/c.obj")
+    (meshes / "link").symlink_to(tmp_path / "elsewhere")
+    (meshes / "a_second").symlink_to(meshes / "own")
+    (meshes / "own" / "round").symlink_to(meshes)
+    (meshes / "loop.obj").symlink_to(meshes / "loop.obj")
+    assert places(meshes) == ["link/b.obj", "link/deep/c.obj", "loop.obj", "own/a.obj"]
+
+
+def test_a_link_to_nothing_is_among_the_files_and_has_no_content(tmp_path: Path) -> None:
+    (tmp_path / "gone.obj").symlink_to(tmp_path / "nowhere.obj")
+    (source,) = find_sources(tmp_path)
+    assert content_checksum(source.path) == ""
 
 
 def test_a_folder_without_meshes_is_bad_input(tmp_path: Path) -> None:

@@ -119,6 +119,11 @@ def test_shapes_to_hold_out_can_be_named() -> None:
     assert aggregate(to_frame(votes), Rules(validation_shapes=("s1", "s4"))).validation == {"s1", "s4"}
     with pytest.raises(UsageError, match="nobody, which has no votes"):
         aggregate(to_frame(votes), Rules(validation_shapes=("nobody",)))
+    with pytest.raises(UsageError) as found:
+        aggregate(to_frame(votes), Rules(validation_shapes=("s1", "skipped", "nobody")))
+    assert str(found.value).endswith(
+        "found nobody, skipped, which have no votes, expected some of the 5 shapes that were voted on"
+    )
 
 
 def test_pairs_file(tmp_path: Path) -> None:

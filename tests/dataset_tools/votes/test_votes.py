@@ -1,7 +1,6 @@
 """Results are read whatever their order and shape, what can't be read is named, and nothing is counted twice."""
 
 import csv
-import io
 import json
 import threading
 import time
@@ -13,67 +12,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dataset_tools.questionnaires.questionnaire import NONE, Key, Question, Questionnaire
 from dataset_tools.votes.ingest import ingest_results
 from dataset_tools.votes.results_csv import Answered, Problem, parse_time, read_csv_results
 from dataset_tools.votes.votes import DTYPES, Vote, ingest, read_votes, votes_of, write_votes
-from ncmodel.data.item import Item
 from ncmodel.errors import InputError
 from tests.helpers.crowd_data import vote_rows
-
-FIELDS = ("q01", "q02", "q03")
-
-
-def make_key() -> Key:
-    """Two questionnaires of two items and a sentinel."""
-    questionnaires = {}
-    for name in ("A", "B"):
-        questions = [
-            Question(
-                field, Item(f"shape{place}", "0"), place == 1, {f"{name}{field}v{i}": (i + 3) % 8 for i in range(8)}
-            )
-            for place, field in enumerate(FIELDS)
-        ]
-        questionnaires[name] = Questionnaire(name, tuple(questions))
-    return Key(questionnaires)
-
-
-KEY = make_key()
-
-
-def value(questionnaire: str, field: str, choice: int) -> str:
-    question = next(q for q in KEY.questionnaires[questionnaire].questions if q.field == field)
-    return NONE if choice < 0 else next(v for v, index in question.options.items() if index == choice)
-
-
-def row(worker: str, questionnaire: str, choices: tuple[int, int, int], **more: str) -> dict[str, str]:
-    answers = {f"Answer.{f}": value(questionnaire, f, c) for f, c in zip(FIELDS, choices, strict=True)}
-    return {
-        "AssignmentId": f"{worker}-{questionnaire}",
-        "WorkerId": worker,
-        "SubmitTime": "Fri Nov 01 12:08:17 PDT 2019",
-        "WorkTimeInSeconds": "60",
-        "Input.questionnaire": questionnaire,
-        **answers,
-        **more,
-    }
-
-
-ROWS = [row("w1", "A", (0, 0, 5)), row("w2", "A", (1, 0, -1)), row("w3", "B", (2, 4, 2)), row("w4", "B", (3, 0, 7))]
-
-
-def to_csv(rows: list[dict[str, str]], columns: list[str] | None = None, line: str = "\n", bom: bool = False) -> bytes:
-    buffer = io.StringIO()
-    writer = csv.DictWriter(buffer, columns or list(rows[0]), lineterminator=line, extrasaction="ignore", restval="")
-    writer.writeheader()
-    writer.writerows(rows)
-    return (b"\xef\xbb\xbf" if bom else b"") + buffer.getvalue().encode()
-
-
-@pytest.fixture
-def batch(tmp_path: Path) -> Path:
-    (tmp_path / "key.json").write_text(json.dumps(KEY.record()))
-    return tmp_path
+from tests.helpers.results_files import FIELDS, KEY, ROWS, row, to_csv, value
 
 
 def ingested(batch: Path, *files: bytes, name: str = "votes.csv") -> set[Any]:
@@ -320,7 +264,6 @@ def test_a_bad_row_is_named_and_the_others_are_kept(batch: Path, change: dict[st
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (to_csv(ROWS).decode().encode("utf-16"), "no text in UTF-8"),
         (bytes(range(256)) * 20, "no text in UTF-8"),
         (to_csv(ROWS).replace(b"Answer.q02", b"Answer.q01"), "column Answer.q01 twice; expected each column once"),
         (b"", "no header"),

@@ -1,5 +1,6 @@
 """Drawings and references on disk, matched by name."""
 
+import unicodedata
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,33 @@ def test_references_are_files_and_folders_of_one_name(tmp_path: Path) -> None:
         "b": ["b.png"],
     }
     assert list(found) == ["a", "b"]
+
+
+def test_jpeg_and_tiff_are_references_and_clutter_is_not(tmp_path: Path) -> None:
+    root = touch(
+        tmp_path, "a.jpg", "._a.jpg", "b/1.TIFF", "b/2.tif", "b/._1.tif", "b/3.jpeg", ".c/1.png", "__MACOSX/x.png"
+    )
+    assert {name: [path.name for path in paths] for name, paths in find_references(root).items()} == {
+        "a": ["a.jpg"],
+        "b": ["1.TIFF", "2.tif", "3.jpeg"],
+    }
+
+
+def test_drawings_are_what_draw_wrote_but_its_contact_sheet(tmp_path: Path) -> None:
+    assert list(find_drawings(touch(tmp_path, "cat.png", "._cat.png", "contact-sheet.png", "cat.svg"))) == ["cat"]
+    touch(tmp_path, "cat.PNG")
+    with pytest.raises(InputError, match=r"cat\.png: the name of cat\.PNG too; expected one picture of a name"):
+        find_drawings(tmp_path)
+
+
+def test_names_match_however_their_letters_are_stored(tmp_path: Path) -> None:
+    """Some systems store an accent beside its letter."""
+    composed, apart = (unicodedata.normalize(form, "b\u00fcste") for form in ("NFC", "NFD"))
+    drawings = touch(tmp_path / "d", f"{composed}.png", f"{apart}2.png")
+    references = touch(tmp_path / "r", f"{apart}/1.png", f"{composed}2.png")
+    pairing = pair_up(drawings, references)
+    assert list(pairing.drawings) == list(pairing.references) == [composed, f"{composed}2"]
+    assert not pairing.without_reference + pairing.without_drawing
 
 
 def test_names_are_matched_and_the_rest_named(tmp_path: Path) -> None:

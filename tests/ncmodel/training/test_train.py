@@ -1,6 +1,7 @@
 """All stages: files, seeds, stages one by one, and what a later run leaves as it is."""
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,8 +9,10 @@ import numpy as np
 import pytest
 import torch
 
-from ncmodel.nets.checkpoints import load_checkpoint
+from ncmodel.errors import UsageError
+from ncmodel.nets.checkpoints import load_checkpoint, load_tensors, save_tensors
 from ncmodel.nets.presets import Rates
+from ncmodel.training.loop import STATE_KIND
 from ncmodel.training.train import TrainOptions, run_training
 from tests.helpers.micro_training import MICRO, run
 
@@ -88,3 +91,22 @@ def test_finetuning_that_does_not_help_keeps_what_it_started_from(data: Path, tm
     assert min(r["hinge"] + r["cross_entropy"] for r in report.history["finetune"]) > sum(
         finetune.validation[name] for name in ("hinge", "cross_entropy")
     )
+
+
+def test_pictures_that_changed_under_the_same_pairs_are_told(data: Path, tmp_path: Path) -> None:
+    """Those of the pairs only; a state of before doesn't tell them and goes on."""
+    copy, out = tmp_path / "data", tmp_path / "m"
+    shutil.copytree(data, copy)
+    run(copy, out, stages=("ranker",), epochs=1)
+    folder = copy / "views" / "s000_0"
+    (folder / "renders").mkdir(exist_ok=True)
+    (folder / "renders" / "0.png").write_bytes(b"another")
+    run(copy, out, stages=("ranker",), epochs=2)
+    first, second = (folder / "drawings" / name for name in ("0.png", "1.png"))
+    first.write_bytes(second.read_bytes())
+    with pytest.raises(UsageError, match=r"an earlier training had pictures \w{8}, now \w{8}; expected the same"):
+        run(copy, out, stages=("ranker",), epochs=3)
+    tensors, header = load_tensors(tmp_path / "m.ranker.state", STATE_KIND)
+    del header["settings"]["pictures"]
+    save_tensors(tmp_path / "m.ranker.state", STATE_KIND, tensors, header)
+    assert run(copy, out, stages=("ranker",), epochs=3).stages[0].epochs == 3
