@@ -218,6 +218,12 @@ class SiteStore:
         with self._lock:
             return _answers(self._db, participant)
 
+    def count_answers(self, value: str) -> dict[str, int]:
+        """Participant -> how many of their answers have a value; those without any are left out."""
+        with self._lock:
+            query = "SELECT participant, count(*) FROM answers WHERE value = ? GROUP BY 1"
+            return dict(self._db.execute(query, (value,)))
+
     def assignments(self) -> list[Assignment]:
         """All assignments, in the order they started; those whose participants are away too long count as abandoned."""
         with self._change() as db:

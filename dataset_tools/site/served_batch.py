@@ -14,7 +14,15 @@ from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 
-from dataset_tools.questionnaires.questionnaire import IMAGES_NAME, KEY_NAME, NONE, TASKS_NAME, TEMPLATE_NAME, read_key
+from dataset_tools.questionnaires.questionnaire import (
+    IMAGES_NAME,
+    KEY_NAME,
+    NONE,
+    TASKS_NAME,
+    TEMPLATE_NAME,
+    UNSEEN,
+    read_key,
+)
 from dataset_tools.votes.tables import MAX_FIELD
 from ncmodel.errors import InputError
 
@@ -72,14 +80,16 @@ class SiteBatch:
     def accepts(self, questionnaire: str, field: str, value: str) -> bool:
         """Whether a value is an answer to a question."""
         question = self.questions[questionnaire].get(field)
-        return question is not None and value in question.values
+        return question is not None and (value == UNSEEN or value in question.values)
 
     def judge(self, questionnaire: str, answers: Mapping[str, str]) -> bool | None:
-        """Whether answers pass all sentinels; None while some are missing."""
+        """Whether answers pass all sentinels that were seen; None while some are missing."""
         asked = self.questions[questionnaire]
         if not asked.keys() <= answers.keys():
             return None
-        return all(question.correct in (None, answers[field]) for field, question in asked.items())
+        return all(
+            answers[field] == UNSEEN or question.correct in (None, answers[field]) for field, question in asked.items()
+        )
 
     def fragment(self, questionnaire: str, answers: Mapping[str, str]) -> str:
         """A questionnaire as HTML, with the given answers chosen."""
