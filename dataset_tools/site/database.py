@@ -111,8 +111,9 @@ class SiteStore:
         self._claim(path, hashlib.sha256(json.dumps(sorted(questionnaires)).encode()).hexdigest())
 
     def close(self) -> None:
-        """Close the database."""
+        """Close the database; its file then holds everything, also while somebody else has it open."""
         with self._lock:
+            self._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
             self._db.close()
 
     def begin(self, worker: str, parameters: Mapping[str, str]) -> str | Refusal:

@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from urllib.parse import quote, urlsplit
+from urllib.parse import SplitResult, quote, urlsplit
 
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
@@ -65,10 +65,11 @@ class Settings:
     public_url: str = ""
 
     def __post_init__(self) -> None:
-        parts = urlsplit(self.public_url)
-        whole = parts.scheme in ("http", "https") and parts.netloc and not parts.path.strip("/") and not parts.query
-        if self.public_url and not whole:
+        parts = _web_address(self.public_url)
+        if self.public_url and (parts is None or parts.path.strip("/") or parts.query):
             raise ArgumentError("public_url", repr(self.public_url), "https://HOST: the site wants all of a host")
+        if self.completion_url and _web_address(self.completion_url) is None:
+            raise ArgumentError("completion_url", repr(self.completion_url), "https://HOST/..., or nothing")
 
     @property
     def completion_link(self) -> str:
@@ -287,6 +288,15 @@ class Site:
     def _message(self, title: str, text: str, status: int) -> Response:
         page = render("site_message.html.j2", title=title, text=text, contact=self.settings.contact)
         return HTMLResponse(page, status, headers=headers())
+
+
+def _web_address(text: str) -> SplitResult | None:
+    """An address of the web in parts; None for any other text."""
+    try:
+        parts = urlsplit(text)
+    except ValueError:
+        return None
+    return parts if parts.scheme in ("http", "https") and parts.netloc else None
 
 
 def _csrf_token(secret: str) -> str:

@@ -55,7 +55,7 @@ class SiteBatch:
         self._template = _read(batch_dir / TEMPLATE_NAME)
         self._rows = _read_tasks(batch_dir / TASKS_NAME)
         try:
-            self.pictures = {path.name: path for path in (batch_dir / IMAGES_NAME).iterdir() if path.suffix == ".png"}
+            self.pictures = _pictures(batch_dir / IMAGES_NAME)
         except OSError as error:
             raise InputError(error.filename, f"can't be read ({error.strerror})", "the pictures of a batch") from error
         record = read_key(batch_dir)["questionnaires"]
@@ -105,6 +105,15 @@ class SiteBatch:
         """What a content security policy names the template's own scripts or styles by."""
         blocks = re.findall(rf"<{kind}>(.*?)</{kind}>", self._template, re.DOTALL)
         return [f"'sha256-{b64encode(sha256(block.encode()).digest()).decode()}'" for block in blocks]
+
+
+def _pictures(folder: Path) -> dict[str, Path]:
+    """Name -> picture. One that is a link to somewhere else could show anything, the key too, to everybody."""
+    found = {path.name: path for path in folder.iterdir() if path.suffix == ".png"}
+    for path in found.values():
+        if path.is_symlink() and path.resolve().parent != folder.resolve():
+            raise InputError(path, f"a link to {path.resolve()}", f"a picture in {folder}")
+    return found
 
 
 def _accepted_answers(records: list[dict[str, object]]) -> dict[str, AcceptedAnswers]:
