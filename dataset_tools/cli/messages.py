@@ -50,6 +50,8 @@ def emit_ingested(done: "Ingested", output: Path, as_json: bool) -> None:
     """Tell what an ingestion did; its problems make the exit status 1."""
     record = {**asdict(done), "problems": [str(problem) for problem in done.problems]}
     left_out = f", {done.rejected} rejected ones left out" if done.rejected else ""
+    if done.unseen:
+        left_out += f", {done.unseen} questions without a vote because their pictures didn't come"
     text = f"{done.assignments} questionnaires with {done.votes} votes added to {output}{left_out}"
     emit(record, as_json, text)
     for problem in done.problems[:MAX_SHOWN_PROBLEMS]:

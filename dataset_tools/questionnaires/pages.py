@@ -1,5 +1,6 @@
 """The pages that participants see, from the templates in `mturk_templates`."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -13,6 +14,9 @@ from dataset_tools.questionnaires.questionnaire import NONE, field_name
 from ncmodel.data.item import DRAWINGS
 
 Size = tuple[int, int]
+
+_VERBATIM = re.compile(r"""("[^"]*"|'[^']*'|/\*.*?\*/)""")
+_SIGN = re.compile(r" ?([=(){}\[\],;:?!&|<>*+-]+) ?")
 
 
 @dataclass(frozen=True)
@@ -185,9 +189,19 @@ def asset(name: str) -> str:
 
 
 def _inline(name: str) -> Markup:
-    """A style sheet or script of ours to stand in a page, without indentation and lines that are comments."""
+    """A style sheet or script of ours to stand in a page, without indentation and lines that are comments.
+
+    Scripts lose the spaces around their signs too: with these, the paper's questionnaire wouldn't fit into a template.
+    """
     lines = (line.strip() for line in asset(name).splitlines())
-    return Markup("\n".join(line for line in lines if line and not (line.startswith("/*") and line.endswith("*/"))))
+    kept = [line for line in lines if line and not (line.startswith("/*") and line.endswith("*/"))]
+    return Markup("\n".join(map(_tight, kept) if name.endswith(".js") else kept))
+
+
+def _tight(line: str) -> str:
+    """A line of a script without spaces around signs, except in strings and comments."""
+    parts = _VERBATIM.split(line)
+    return "".join(part if i % 2 else _SIGN.sub(r"\1", part) for i, part in enumerate(parts))
 
 
 @cache

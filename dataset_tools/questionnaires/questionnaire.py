@@ -18,6 +18,9 @@ from ncmodel.errors import ArgumentError, InputError, UsageError
 NONE = "none"
 """The answer "none of these line drawings are good"."""
 
+UNSEEN = "unseen"
+"""What is sent instead of an answer where a question's pictures didn't come: no vote, and no failed sentinel."""
+
 KEY_NAME = "key.json"
 TASKS_NAME = "tasks.csv"
 TEMPLATE_NAME = "template.html"

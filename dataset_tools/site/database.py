@@ -111,8 +111,9 @@ class SiteStore:
         self._claim(path, hashlib.sha256(json.dumps(sorted(questionnaires)).encode()).hexdigest())
 
     def close(self) -> None:
-        """Close the database."""
+        """Close the database; its file then holds everything, also while somebody else has it open."""
         with self._lock:
+            self._db.execute("PRAGMA wal_checkpoint(TRUNCATE)")
             self._db.close()
 
     def begin(self, worker: str, parameters: Mapping[str, str]) -> str | Refusal:
@@ -217,6 +218,12 @@ class SiteStore:
         """Field -> value of what a participant answered so far."""
         with self._lock:
             return _answers(self._db, participant)
+
+    def count_answers(self, value: str) -> dict[str, int]:
+        """Participant -> how many of their answers have a value; those without any are left out."""
+        with self._lock:
+            query = "SELECT participant, count(*) FROM answers WHERE value = ? GROUP BY 1"
+            return dict(self._db.execute(query, (value,)))
 
     def assignments(self) -> list[Assignment]:
         """All assignments, in the order they started; those whose participants are away too long count as abandoned."""

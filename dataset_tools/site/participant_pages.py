@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from urllib.parse import quote, urlsplit
+from urllib.parse import SplitResult, quote, urlsplit
 
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
@@ -29,6 +29,9 @@ from dataset_tools.votes.results_csv import parse_seconds, sensible_seconds
 from ncmodel.errors import ArgumentError
 
 SESSION = "nc_session"
+PICTURES_FIELD = "pictures"
+"""Form field with how often pictures of each question didn't come, as in the results of other platforms."""
+
 _PARAMETER = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.@-]{0,99}")
 
 CONSENT = (
@@ -62,10 +65,11 @@ class Settings:
     public_url: str = ""
 
     def __post_init__(self) -> None:
-        parts = urlsplit(self.public_url)
-        whole = parts.scheme in ("http", "https") and parts.netloc and not parts.path.strip("/") and not parts.query
-        if self.public_url and not whole:
+        parts = _web_address(self.public_url)
+        if self.public_url and (parts is None or parts.path.strip("/") or parts.query):
             raise ArgumentError("public_url", repr(self.public_url), "https://HOST: the site wants all of a host")
+        if self.completion_url and _web_address(self.completion_url) is None:
+            raise ArgumentError("completion_url", repr(self.completion_url), "https://HOST/..., or nothing")
 
     @property
     def completion_link(self) -> str:
@@ -204,13 +208,16 @@ class Site:
             for name in self.batch.questions[assignment.questionnaire]
             if self.batch.accepts(assignment.questionnaire, name, given.get(name, ""))
         }
+        if pictures := parse_seconds(given.get("pictures", "")):
+            missed = {name: int(count) for name, count in pictures.items() if name in sent}
+            sent[PICTURES_FIELD] = (json.dumps(missed), 0.0)
         await run_in_threadpool(self.store.save, assignment.id, sent)
         if await run_in_threadpool(
             self.store.finish, assignment.id, partial(self.batch.judge, assignment.questionnaire)
         ):
             return redirect("/done")
         answers = await run_in_threadpool(self.store.answers, assignment.id)
-        left = len(self.batch.questions[assignment.questionnaire]) - len(answers)
+        left = len(self.batch.questions[assignment.questionnaire].keys() - answers.keys())
         message = f"{left} question{'s' if left > 1 else ''} still need{'' if left > 1 else 's'} an answer."
         return self._questionnaire(request, assignment, answers, message, 422)
 
@@ -258,6 +265,13 @@ class Site:
             return redirect("/done")
         if assignment is not None and assignment.state is State.ACTIVE:
             return redirect("/questions")
+        if not request.cookies.get(SESSION):
+            text = (
+                "This study keeps your place with a cookie, and your browser sent none: it may refuse cookies, here or "
+                "everywhere, or they were deleted. Please allow cookies for this site, or take another browser, and "
+                "open the link that you were given once more."
+            )
+            return self._message("Your browser doesn't keep our cookie", text, 403)
         if assignment is not None:
             text = "You were away for long, and your questions were given to somebody else."
             return self._message("Your time is over", text, 410)
@@ -274,6 +288,15 @@ class Site:
     def _message(self, title: str, text: str, status: int) -> Response:
         page = render("site_message.html.j2", title=title, text=text, contact=self.settings.contact)
         return HTMLResponse(page, status, headers=headers())
+
+
+def _web_address(text: str) -> SplitResult | None:
+    """An address of the web in parts; None for any other text."""
+    try:
+        parts = urlsplit(text)
+    except ValueError:
+        return None
+    return parts if parts.scheme in ("http", "https") and parts.netloc else None
 
 
 def _csrf_token(secret: str) -> str:

@@ -15,6 +15,7 @@ from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingR
 from starlette.routing import Route
 
 from dataset_tools.questionnaires.pages import render
+from dataset_tools.questionnaires.questionnaire import UNSEEN
 from dataset_tools.site.database import Assignment, SiteStore, State
 from dataset_tools.site.rate_limit import RateLimit
 from dataset_tools.site.security import address, form, headers, redirect
@@ -39,13 +40,16 @@ class StudyStatus:
     flags: Sequence[tuple[str, str]]
 
 
-def status(assignments: Sequence[Assignment], items_of: Mapping[str, Sequence[str]], places: int) -> StudyStatus:
+def status(
+    assignments: Sequence[Assignment], items_of: Mapping[str, Sequence[str]], places: int, unseen: Mapping[str, int]
+) -> StudyStatus:
     """Count participants and votes.
 
     Args:
         assignments: All of the site.
         items_of: Questionnaire -> names of what it asks about, sentinels excluded.
         places: Participants wanted for each questionnaire.
+        unseen: Assignment -> how many of its questions had pictures that didn't come.
     """
     states = Counter(assignment.state for assignment in assignments)
     votes: Counter[str] = Counter({name: 0 for names in items_of.values() for name in names})
@@ -60,14 +64,20 @@ def status(assignments: Sequence[Assignment], items_of: Mapping[str, Sequence[st
         abandoned=states[State.ABANDONED],
         unreliable=sum(assignment.reliable is False for assignment in assignments),
         items=sorted(votes.items(), key=lambda pair: (pair[1], pair[0])),
-        flags=[(assignment.worker, flag) for assignment in assignments for flag in _flags(assignment, items_of)],
+        flags=[
+            (assignment.worker, flag)
+            for assignment in assignments
+            for flag in _flags(assignment, items_of, unseen.get(assignment.id, 0))
+        ],
     )
 
 
-def _flags(assignment: Assignment, items_of: Mapping[str, Sequence[str]]) -> list[str]:
+def _flags(assignment: Assignment, items_of: Mapping[str, Sequence[str]], unseen: int) -> list[str]:
+    flags = [f"pictures of {unseen} question{'s' if unseen > 1 else ''} didn't come"] if unseen else []
     if assignment.finished is None:
-        return []
-    flags = ["failed a sentinel"] if assignment.reliable is False else []
+        return flags
+    if assignment.reliable is False:
+        flags.append("failed a sentinel")
     if assignment.finished - assignment.started < FAST_SECONDS * len(items_of[assignment.questionnaire]):
         flags.append(f"took {assignment.finished - assignment.started:.0f} s")
     return flags
@@ -155,7 +165,8 @@ class Admin:
 
     async def _status(self) -> StudyStatus:
         assignments = await run_in_threadpool(self._store.assignments)
-        return status(assignments, self._items_of, self._places)
+        unseen = await run_in_threadpool(self._store.count_answers, UNSEEN)
+        return status(assignments, self._items_of, self._places, unseen)
 
     def _refusal(self, request: Request) -> int:
         """The status of the refusal of somebody who isn't the requester, 0 for the requester.

@@ -4,6 +4,7 @@ import asyncio
 from collections.abc import Sequence
 from urllib.parse import parse_qsl, urlsplit
 
+from starlette.datastructures import MutableHeaders
 from starlette.requests import Request
 from starlette.responses import PlainTextResponse, RedirectResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -78,7 +79,14 @@ class Guard:
         async def replay() -> Message:
             return messages.pop() if messages else await receive()
 
-        await self._app(scope, replay, send)
+        async def send_safely(message: Message) -> None:
+            if message["type"] == "http.response.start":  # a missing page or a wrong method has no headers of ours
+                given = MutableHeaders(scope=message)
+                for name, value in headers().items():
+                    given.setdefault(name, value)
+            await send(message)
+
+        await self._app(scope, replay, send_safely)
 
     def _from_here(self, given: dict[str, str]) -> bool:
         """Whether a change comes from a page of this site, as far as the browser says."""
@@ -87,7 +95,11 @@ class Guard:
         origin = given.get("origin")
         if origin is None:
             return True
-        return urlsplit(origin).netloc in {self._public_host or given.get("host", ""), given.get("host", "")} - {""}
+        try:
+            sender = urlsplit(origin).netloc
+        except ValueError:  # "http://[x" is no address
+            return False
+        return sender in {self._public_host or given.get("host", ""), given.get("host", "")} - {""}
 
 
 async def _read(receive: Receive) -> bytes | None:
@@ -109,6 +121,11 @@ async def form(request: Request) -> dict[str, str]:
         return dict(parse_qsl((await request.body()).decode("utf-8"), keep_blank_values=True, max_num_fields=2000))
     except ValueError:
         return {}
+
+
+async def failed(request: Request, error: Exception) -> PlainTextResponse:
+    """What is shown where something went wrong that shouldn't; the log has the rest."""
+    return PlainTextResponse("something went wrong here; please try again", 500, headers=headers())
 
 
 def redirect(where: str) -> RedirectResponse:

@@ -14,7 +14,15 @@ from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 
-from dataset_tools.questionnaires.questionnaire import IMAGES_NAME, KEY_NAME, NONE, TASKS_NAME, TEMPLATE_NAME, read_key
+from dataset_tools.questionnaires.questionnaire import (
+    IMAGES_NAME,
+    KEY_NAME,
+    NONE,
+    TASKS_NAME,
+    TEMPLATE_NAME,
+    UNSEEN,
+    read_key,
+)
 from dataset_tools.votes.tables import MAX_FIELD
 from ncmodel.errors import InputError
 
@@ -47,7 +55,7 @@ class SiteBatch:
         self._template = _read(batch_dir / TEMPLATE_NAME)
         self._rows = _read_tasks(batch_dir / TASKS_NAME)
         try:
-            self.pictures = {path.name: path for path in (batch_dir / IMAGES_NAME).iterdir() if path.suffix == ".png"}
+            self.pictures = _pictures(batch_dir / IMAGES_NAME)
         except OSError as error:
             raise InputError(error.filename, f"can't be read ({error.strerror})", "the pictures of a batch") from error
         record = read_key(batch_dir)["questionnaires"]
@@ -72,14 +80,16 @@ class SiteBatch:
     def accepts(self, questionnaire: str, field: str, value: str) -> bool:
         """Whether a value is an answer to a question."""
         question = self.questions[questionnaire].get(field)
-        return question is not None and value in question.values
+        return question is not None and (value == UNSEEN or value in question.values)
 
     def judge(self, questionnaire: str, answers: Mapping[str, str]) -> bool | None:
-        """Whether answers pass all sentinels; None while some are missing."""
+        """Whether answers pass all sentinels that were seen; None while some are missing."""
         asked = self.questions[questionnaire]
         if not asked.keys() <= answers.keys():
             return None
-        return all(question.correct in (None, answers[field]) for field, question in asked.items())
+        return all(
+            answers[field] == UNSEEN or question.correct in (None, answers[field]) for field, question in asked.items()
+        )
 
     def fragment(self, questionnaire: str, answers: Mapping[str, str]) -> str:
         """A questionnaire as HTML, with the given answers chosen."""
@@ -95,6 +105,15 @@ class SiteBatch:
         """What a content security policy names the template's own scripts or styles by."""
         blocks = re.findall(rf"<{kind}>(.*?)</{kind}>", self._template, re.DOTALL)
         return [f"'sha256-{b64encode(sha256(block.encode()).digest()).decode()}'" for block in blocks]
+
+
+def _pictures(folder: Path) -> dict[str, Path]:
+    """Name -> picture. One that is a link to somewhere else could show anything, the key too, to everybody."""
+    found = {path.name: path for path in folder.iterdir() if path.suffix == ".png"}
+    for path in found.values():
+        if path.is_symlink() and path.resolve().parent != folder.resolve():
+            raise InputError(path, f"a link to {path.resolve()}", f"a picture in {folder}")
+    return found
 
 
 def _accepted_answers(records: list[dict[str, object]]) -> dict[str, AcceptedAnswers]:

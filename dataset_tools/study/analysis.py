@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 
+from dataset_tools.questionnaires.questionnaire import UNSEEN
 from dataset_tools.study.design import Preference, StudyKey
 from dataset_tools.study.stimuli import Comparison
 from dataset_tools.votes.answer_file import (
@@ -82,7 +83,7 @@ def _answers(one: Answered, key: StudyKey) -> Iterator[PairAnswer | Problem]:
         sent = one.answers.get(question.field, "")
         meaning = question.answers.get(sent)
         if meaning is None:
-            if sent:
+            if sent not in ("", UNSEEN):
                 yield Problem(one.where, f"{question.field} is {sent[:40]!r}; expected one of its answers")
             continue
         case, rival = question.comparison.case, question.comparison.rival

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Generic, TypeVar
 
+from dataset_tools.questionnaires.questionnaire import UNSEEN
 from dataset_tools.votes.results_csv import Answered, Problem
 from dataset_tools.votes.tables import looks_mangled, open_table
 from ncmodel.errors import InputError
@@ -35,6 +36,7 @@ class Ingested:
     known_assignments: int = 0
     rejected: int = 0
     votes: int = 0
+    unseen: int = 0
     sources: dict[str, int] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
     more_problems: int = 0
@@ -151,6 +153,7 @@ def _new(
             done.complain(problem)
     done.assignments += 1
     done.votes += len(records)
+    done.unseen += list(one.answers.values()).count(UNSEEN)
     done.sources[one.source] = done.sources.get(one.source, 0) + 1
     return records
 

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from dataset_tools.questionnaires.identical_drawings import ALL_DIFFERENT, Twins, from_text, to_text
-from dataset_tools.questionnaires.questionnaire import NONE, Key, Question, Questionnaire
+from dataset_tools.questionnaires.questionnaire import NONE, UNSEEN, Key, Question, Questionnaire
 from dataset_tools.votes.answer_file import (
     AnswerFile,
     Identity,
@@ -96,11 +96,13 @@ _OPTIONAL = ("position", "submitted", "twins")
 def votes_of(answered: Answered, questionnaire: Questionnaire) -> Iterator[Vote | Problem]:
     """The votes in an answered questionnaire.
 
-    A question without an answer gives no vote, except that a sentinel counts as failed; one with an answer that it
-    doesn't offer gives a problem besides.
+    A question whose pictures didn't come gives no vote, and one without an answer neither, except that a sentinel then
+    counts as failed; one with an answer that it doesn't offer gives a problem besides.
     """
     for question in questionnaire.questions:
         sent = answered.answers.get(question.field, "")
+        if sent == UNSEEN:
+            continue
         choice = question.choice(sent)
         if sent and choice is None and not (question.sentinel and len(question.options) < DRAWINGS):
             offered = f"one of its {len(question.options)} values or {NONE}"

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from starlette.applications import Starlette
@@ -12,6 +13,7 @@ from dataset_tools.questionnaires.questionnaire import Key, Scheme
 from dataset_tools.questionnaires.sentinels import ArtistsFolder
 from ncmodel.data.data_folder import DataFolder
 from tests.helpers.crowd_data import make_artists, make_data
+from tests.helpers.site_browser import ARGUMENTS, CHROMIUM
 from tests.helpers.site_client import app
 
 
@@ -38,3 +40,22 @@ def site(batch: Path, tmp_path: Path) -> Iterator[Starlette]:
     made = app(batch, tmp_path, completion_code="C0DE")
     yield made
     made.state.store.close()
+
+
+@pytest.fixture(scope="package")
+def browser() -> Iterator[Any]:
+    import playwright.sync_api as playwright
+
+    assert CHROMIUM.exists(), "these tests need chromium: apt-get install chromium"
+    with playwright.sync_playwright() as runner:
+        chromium = runner.chromium.launch(executable_path=str(CHROMIUM), args=ARGUMENTS)
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture(scope="package")
+def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("browser")
+    data = make_data(folder / "data", shapes=8, views=1)
+    make_artists(folder / "artists", data)
+    return data

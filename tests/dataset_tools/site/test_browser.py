@@ -19,104 +19,26 @@ from typing import Any
 import playwright.sync_api as playwright
 import pytest
 
-from dataset_tools.questionnaires.batch import make_batch
 from dataset_tools.questionnaires.batch_folder import Look
-from dataset_tools.questionnaires.questionnaire import Key, Scheme
-from dataset_tools.questionnaires.sentinels import ArtistsFolder
+from dataset_tools.questionnaires.questionnaire import Key
 from dataset_tools.votes.ingest import ingest_results
-from ncmodel.data.data_folder import DataFolder
-from tests.helpers.crowd_data import make_artists, make_data, vote_rows
+from tests.helpers.crowd_data import vote_rows
+from tests.helpers.site_browser import (
+    DESKTOP,
+    PHONE,
+    Problems,
+    await_answers_at_server,
+    await_pictures,
+    enter,
+    make,
+    served,
+)
 from tests.helpers.turkle_server import PASSWORD, USER
-
-CHROMIUM = Path("/usr/bin/chromium")
-ARGUMENTS = [
-    "--no-sandbox",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--no-first-run",
-]
-PHONE = {"viewport": {"width": 390, "height": 844}, "device_scale_factor": 2, "is_mobile": True, "has_touch": True}
-DESKTOP = {"viewport": {"width": 1280, "height": 800}}
 
 pytestmark = [
     pytest.mark.browser,
     pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning"),
 ]
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    assert CHROMIUM.exists(), "these tests need chromium: apt-get install chromium"
-    with playwright.sync_playwright() as runner:
-        chromium = runner.chromium.launch(executable_path=str(CHROMIUM), args=ARGUMENTS)
-        yield chromium
-        chromium.close()
-
-
-@pytest.fixture(scope="module")
-def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("browser")
-    data = make_data(folder / "data", shapes=8, views=1)
-    make_artists(folder / "artists", data)
-    return data
-
-
-def make(data: Path, folder: Path, look: Look, real: int = 5, votes: int = 3) -> Path:
-    scheme = Scheme(real=real, sentinels=2, pool=5)
-    make_batch(
-        data,
-        folder,
-        dict.fromkeys(DataFolder(data).items(), votes),
-        scheme,
-        look,
-        ArtistsFolder(data.parent / "artists"),
-    )
-    return folder
-
-
-@contextmanager
-def served(batch: Path, db: Path, *more: str) -> Iterator[str]:
-    """The site, started by its command on a free port."""
-    command = [sys.executable, "-m", "ncmodel.cli.main", "crowd", "serve", str(batch), "--db", str(db), "--port", "0"]
-    with subprocess.Popen(
-        [*command, "--completion-code", "DONE42", *more], stderr=subprocess.PIPE, text=True
-    ) as process:
-        assert process.stderr
-        found = re.search(r"http://[\d.:]+", process.stderr.readline())
-        assert found
-        try:
-            yield found[0]
-        finally:
-            process.terminate()
-            process.wait(10)
-
-
-class Problems(list[str]):
-    """What a page's console complains of."""
-
-    def watch(self, page: Any) -> Any:
-        page.on("console", lambda m: self.append(m.text) if m.type in ("error", "warning") else None)
-        page.on("pageerror", lambda error: self.append(str(error)))
-        return page
-
-
-def enter(context: Any, base: str, name: str, problems: Problems) -> Any:
-    page = problems.watch(context.new_page())
-    page.goto(f"{base}/?PROLIFIC_PID={name}")
-    page.check("input[name=agree]")
-    page.click("button[type=submit]")
-    page.wait_for_selector(".nc.js")
-    return page
-
-
-def await_answers_at_server(context: Any, base: str, count: int) -> None:
-    """Wait until a page comes with so many answers, before any script of it runs."""
-    for _ in range(100):
-        if context.request.get(f"{base}/questions").text().count('" checked') == count:
-            return
-        time.sleep(0.1)
-    raise AssertionError(f"the server never had {count} answers")
 
 
 @pytest.mark.parametrize(("name", "device"), [("phone", PHONE), ("desktop", DESKTOP)])
@@ -130,17 +52,20 @@ def test_a_questionnaire_on_the_site(
         assert page.inner_text("output") == "0 of 7"
         page.click(".next")
         assert page.locator(".next").is_disabled(), "an answer first"
-        page.keyboard.press("ArrowRight")
+        await_pictures(page)
+        page.keyboard.press("Enter")
         assert "choose an answer" in page.inner_text(".say")
         page.keyboard.press("3")
         assert page.locator("fieldset.on input:checked").count() == 1
         assert page.locator("fieldset.on input").nth(2).is_checked()
-        page.keyboard.press("ArrowDown")
-        assert page.locator("fieldset.on input").nth(3).is_checked(), "arrows up and down move the choice"
-        page.keyboard.press("ArrowRight")
+        for key, place in (("ArrowDown", 3), ("ArrowRight", 4), ("ArrowLeft", 3), ("ArrowUp", 2), ("ArrowRight", 3)):
+            page.keyboard.press(key)
+            assert page.locator("fieldset.on input").nth(place).is_checked(), "all arrows move the choice"
+        page.keyboard.press("Enter")
+        await_pictures(page)
         page.keyboard.press("0")
         assert page.locator("fieldset.on .other input").is_checked()
-        page.keyboard.press("ArrowLeft")
+        page.click(".back")
         assert page.locator("fieldset.on input").nth(3).is_checked()
         page.reload()
         page.wait_for_selector(".nc.js")
@@ -216,6 +141,7 @@ def test_the_next_person_in_the_same_browser_finds_no_answers(browser: Any, data
         context = browser.new_context(**DESKTOP)
         page = enter(context, base, "anna", problems)
         page.click(".next")
+        await_pictures(page)
         page.keyboard.press("5")
         await_answers_at_server(context, base, 1)
         page = enter(context, base, "ben", problems)
@@ -232,6 +158,7 @@ def test_answers_survive_a_server_that_is_away(browser: Any, data: Path, tmp_pat
         context = browser.new_context(**DESKTOP)
         page = enter(context, base, "anna", problems)
         page.click(".next")
+        await_pictures(page)
         context.set_offline(True)
         page.keyboard.press("5")
         playwright.expect(page.locator(".say")).to_contain_text("No connection")

@@ -1,5 +1,6 @@
 """Participants' pages hand out questionnaires, keep answers, and give nothing away."""
 
+import json
 import re
 import sqlite3
 import threading
@@ -9,7 +10,7 @@ import pytest
 from starlette.applications import Starlette
 from starlette.testclient import TestClient
 
-from dataset_tools.questionnaires.questionnaire import Key
+from dataset_tools.questionnaires.questionnaire import UNSEEN, Key
 from dataset_tools.site.database import Policy, State
 from dataset_tools.site.security import MAX_BODY
 from dataset_tools.votes.ingest import ingest_results, workers_of
@@ -87,6 +88,40 @@ def test_a_site_open_to_all_gives_names(batch: Path, tmp_path: Path) -> None:
         assert reply.status_code == 303
     assert len({entry.worker for entry in site.state.store.assignments()}) == 2
     site.state.store.close()
+
+
+def test_who_refuses_cookies_is_told_why(site: Starlette) -> None:
+    client = begin(site, "anna")
+    client.cookies.clear()
+    reply = client.get("/questions")
+    assert reply.status_code == 403
+    assert "allow cookies for this site" in reply.text
+    stranger = TestClient(site, base_url="http://localhost", cookies={"nc_session": "of another study"})
+    assert "We don&#39;t know you here" in stranger.get("/questions").text
+
+
+def test_a_question_whose_pictures_do_not_come_is_no_vote_and_no_failed_sentinel(
+    site: Starlette, key: Key, batch: Path, tmp_path: Path
+) -> None:
+    client = begin(site, "anna")
+    name, secret = asked(client, key), page_secret(client)
+    asks = key.questionnaires[name].questions
+    lost = [next(q.field for q in asks if q.sentinel is kind) for kind in (True, False)]
+    answers = right_answers(key, name) | dict.fromkeys(lost, UNSEEN)
+    assert answer(client, secret, lost[0], UNSEEN) == 200
+    pictures = json.dumps({lost[0]: 4, "q99": 1, "q01": "x"})
+    sent = client.post("/finish", data={"nc_secret": secret, "pictures": pictures, **answers})
+    assert sent.headers["location"] == "/done"
+    (entry,) = site.state.store.assignments()
+    assert entry.reliable
+    assert json.loads(site.state.store.answers(entry.id)["pictures"]) == {lost[0]: 4}
+    token = (tmp_path / "token").read_text().strip()
+    admin = TestClient(site).get("/admin/status.json", headers={"Authorization": f"Bearer {token}"})
+    assert ["anna", "pictures of 2 questions didn't come"] in admin.json()["flags"]
+    done = ingest_results(batch, [tmp_path / "votes.sqlite"], tmp_path / "votes.csv")
+    votes = vote_rows(tmp_path / "votes.csv")
+    assert (done.problems, done.unseen, len(votes)) == ([], 2, len(asks) - 2)
+    assert all(vote.passed for vote in votes if vote.sentinel)
 
 
 def test_consent_is_needed(site: Starlette) -> None:

@@ -5,10 +5,11 @@ import json
 import re
 from pathlib import Path
 
+import pytest
 from starlette.applications import Starlette
 from starlette.testclient import TestClient
 
-from dataset_tools.site.security import MAX_BODY, Guard
+from dataset_tools.site.security import MAX_BODY, Guard, headers
 from tests.helpers.site_client import answer, app, begin, page_secret
 
 
@@ -25,8 +26,9 @@ def test_changes_need_the_session_the_secret_and_this_site(site: Starlette) -> N
     assert answer(client, "", "q01", "none") == 403
     assert answer(client, page_secret(other), "q01", "none") == 403
     body = json.dumps({"field": "q01", "value": "none"})
-    for headers in ({"Origin": "https://evil.example"}, {"Sec-Fetch-Site": "cross-site"}, {"Origin": "null"}):
-        reply = client.post("/answer", content=body, headers={"X-NC-Secret": secret, **headers})
+    odd = [{"Origin": origin} for origin in ("https://evil.example", "null", "http://[x", "http://[::1")]
+    for foreign in (*odd, {"Sec-Fetch-Site": "cross-site"}):
+        reply = client.post("/answer", content=body, headers={"X-NC-Secret": secret, **foreign})
         assert reply.status_code == 403
     assert client.post("/finish", data={"nc_secret": "0"}).status_code == 403
     own = {"X-NC-Secret": secret, "Origin": "http://localhost", "Sec-Fetch-Site": "same-origin"}
@@ -47,6 +49,21 @@ def test_pages_forbid_what_is_not_theirs(site: Starlette) -> None:
     assert "samesite=lax" in cookie
     assert "secure" not in cookie
     assert not re.search(r"(src|href)=\"(https?:)?//", reply.text)
+
+
+def test_pages_that_are_none_have_the_same_headers(site: Starlette, monkeypatch: pytest.MonkeyPatch) -> None:
+    client = TestClient(site, "http://localhost", raise_server_exceptions=False, cookies={"nc_session": "x"})
+    monkeypatch.setattr(site.state.store, "find", lambda secret: 1 // 0)
+    replies = {
+        404: client.get("/nothing"),
+        405: client.get("/answer"),
+        500: client.get("/questions"),
+    }
+    for status, reply in replies.items():
+        assert reply.status_code == status
+        assert "Traceback" not in reply.text
+        for name, value in headers().items():
+            assert reply.headers[name] == value, (status, name)
 
 
 def test_cookies_are_for_tls_only_behind_a_public_address(batch: Path, tmp_path: Path) -> None:

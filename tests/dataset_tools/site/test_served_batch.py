@@ -21,6 +21,16 @@ def test_batches_with_and_without_quotes_show_answers_again(batch: Path, tmp_pat
     assert served.fragment(served.identifiers[0], {"q02": "none"}).count(" checked") == 1
 
 
+def test_a_picture_that_leads_out_of_the_batch_is_refused(batch: Path, tmp_path: Path) -> None:
+    copy = tmp_path / "batch"
+    shutil.copytree(batch, copy)
+    picture = sorted((copy / "images").iterdir())[0]
+    picture.unlink()
+    picture.symlink_to(copy / "key.json")
+    with pytest.raises(InputError, match=f"{picture.name}: a link to .*key.json; expected"):
+        SiteBatch(copy)
+
+
 @pytest.mark.parametrize(
     ("name", "change", "message"),
     [

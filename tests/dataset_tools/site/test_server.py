@@ -1,15 +1,22 @@
 """What the site is started with: its token, settings and files; where it listens."""
 
 import json
+import re
 import shutil
+import socket
+import sqlite3
 import stat
 import subprocess
 import sys
+import urllib.error
+import urllib.parse
+import urllib.request
 from pathlib import Path
 
 import pytest
 
-from dataset_tools.site.server import read_consent, read_token, site_parameters
+from dataset_tools.site.participant_pages import Settings
+from dataset_tools.site.server import _listening, read_consent, read_token, site_parameters
 from ncmodel.errors import InputError, UsageError
 
 
@@ -30,6 +37,48 @@ def test_settings_are_checked(tmp_path: Path) -> None:
     (tmp_path / "empty").write_text("\n")
     with pytest.raises(InputError, match="no text"):
         read_consent(tmp_path / "empty")
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("completion_url", "javascript:alert(1)"),
+        ("completion_url", "//evil.example/{code}"),
+        ("completion_url", "http://[x"),
+        ("public_url", "http://[x"),
+        ("public_url", "https://host/path"),
+    ],
+)
+def test_addresses_that_are_none_of_the_web_are_refused(name: str, value: str) -> None:
+    with pytest.raises(UsageError, match=f"^{name}: found"):
+        Settings(**{name: value})  # type: ignore[arg-type]
+
+
+def test_connections_answer_without_waiting_for_receipts() -> None:
+    with _listening("127.0.0.1", 0) as listener, socket.create_connection(listener.getsockname()):
+        connection, _ = listener.accept()
+        with connection:
+            assert connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+
+
+def test_after_sigterm_the_database_file_is_whole(batch: Path, tmp_path: Path) -> None:
+    """A copy of the file alone holds all, and the exit is no failure."""
+    db = tmp_path / "votes.sqlite"
+    command = [sys.executable, "-m", "ncmodel.cli.main", "crowd", "serve", str(batch), "--db", str(db), "--port", "0"]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr
+        base = re.search(r"http://[\d.:]+", process.stderr.readline())
+        assert base
+        body = urllib.parse.urlencode({"PROLIFIC_PID": "anna", "agree": "yes"}).encode()
+        with pytest.raises(urllib.error.HTTPError, match="403"):  # begun, and without its cookie not let in
+            urllib.request.urlopen(f"{base[0]}/start", body, timeout=60)
+        assert Path(f"{db}-wal").stat().st_size
+        process.terminate()
+        assert process.wait(60) == 0
+    assert not Path(f"{db}-wal").exists()
+    shutil.copy(db, tmp_path / "copy.sqlite")
+    with sqlite3.connect(tmp_path / "copy.sqlite") as copy:
+        assert copy.execute("SELECT worker FROM participants").fetchall() == [("anna",)]
 
 
 def test_where_it_listens_as_json(batch: Path, tmp_path: Path) -> None:
