@@ -46,6 +46,11 @@ class ArgumentError(UsageError):
         return f"--{self.parameter.replace('_', '-')}: found {self.found}, expected {self.expected}"
 
 
+def printable(name: object) -> str:
+    """A file's name on one line that any terminal, font and encoding can show: what can't be seen is written out."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in str(name))
+
+
 class InputError(NeuralContoursError):
     """A file is missing, unreadable, or not what was expected.
 
@@ -56,7 +61,7 @@ class InputError(NeuralContoursError):
     """
 
     def __init__(self, path: str | Path, found: str, expected: str) -> None:
-        super().__init__(f"{path}: {' '.join(found.split())}; expected {' '.join(expected.split())}")
+        super().__init__(f"{printable(path)}: {' '.join(found.split())}; expected {' '.join(expected.split())}")
         self.path, self.found, self.expected = str(path), found, expected
 
     def __reduce__(self) -> tuple[type["InputError"], tuple[str, str, str]]:

@@ -123,7 +123,7 @@ def _buffers(path: Path) -> Iterator[Path]:
         return
     try:
         uris = [str(buffer.get("uri", "")) for buffer in json.loads(path.read_bytes()).get("buffers", [])]
-        files = [beside(uri, path.parent) for uri in uris if uri and not uri.startswith("data:")]
+        files = [beside(uri, path) for uri in uris if uri and not uri.startswith("data:")]
     except (ValueError, AttributeError):
         return  # whoever reads it says what is wrong
     yield from files

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ncmodel.cli.common import emit, progress
-from ncmodel.errors import BatchError, InputError, NeuralContoursError, UsageError
+from ncmodel.errors import BatchError, InputError, NeuralContoursError, UsageError, printable
 
 if TYPE_CHECKING:
     from ncmodel.camera import Camera
@@ -146,7 +146,7 @@ def _draw_file(job: _Job, mesh: Path) -> None:
 def _tell_notes(records: Sequence[dict[str, Any]]) -> None:
     for record in records:
         for note in record["notes"]:
-            sys.stderr.write(f"{record['mesh']}: {note}\n")
+            sys.stderr.write(f"{printable(record['mesh'])}: {note}\n")
 
 
 def _draw_folder(job: _Job, meshes: list[Path]) -> None:
@@ -167,11 +167,11 @@ def _draw_folder(job: _Job, meshes: list[Path]) -> None:
             try:
                 drawing, record = job.draw(mesh, job.output / f"{name}.{job.suffix}")
             except (NeuralContoursError, OSError, MemoryError) as error:
-                failed.append({"mesh": str(mesh), "error": str(error) or f"{mesh}: {type(error).__name__}"})
+                failed.append({"mesh": str(mesh), "error": str(error) or f"{printable(mesh)}: {type(error).__name__}"})
             else:
                 records.append(record)
                 sheet.append(Tile(shrink(from_ink(drawing.ink(THUMBNAIL_WIDTH)), THUMBNAIL), name))
-            advance(mesh.name)
+            advance(printable(mesh.name))
     columns = max(1, math.ceil(math.sqrt(len(sheet))))
     write_png(job.output / CONTACT_SHEET, contact_sheet(sheet, columns, THUMBNAIL))
     _tell_notes(records)

@@ -12,51 +12,34 @@ from pathlib import Path
 
 import numpy as np
 
+from ncmodel.mesh.content import Content, check_kind
 from ncmodel.mesh.gltf import read_gltf
 from ncmodel.mesh.numbers import numbers
 from ncmodel.mesh.obj import read_obj
 from ncmodel.mesh.ply import read_ply
+from ncmodel.mesh.stl import read_stl
 from ncmodel.mesh.triangulate import triangulate
-from ncmodel.types import Floats, Ints
 
-Geometry = tuple[Floats, Ints]
+_HEADER_LINES = 2
+"""Of points: how many there are, and the names of the columns or a remark."""
 
 
-def read_mesh(path: Path) -> Geometry:
-    """Vertices (V, 3) and faces (F, 3) of a file whose suffix is one of `SUFFIXES`.
+def read_mesh(path: Path) -> Content:
+    """What a file holds whose suffix is one of `SUFFIXES`.
 
     Raises:
+        NotAMeshError: The file is something else, or holds no surface and no points of one.
         ValueError: The file isn't what its suffix says; the text says why.
         OSError: The file can't be read.
     """
     suffix = path.suffix.lower()
     # No format starts with a mark of its encoding, but editors put one there.
-    return (
-        read_gltf(path) if suffix in (".gltf", ".glb") else _READERS[suffix](path.read_bytes().removeprefix(BOM_UTF8))
-    )
+    data = path.read_bytes().removeprefix(BOM_UTF8)
+    check_kind(data)
+    return read_gltf(path, data) if suffix in (".gltf", ".glb") else _READERS[suffix](data)
 
 
-def _stl(data: bytes) -> Geometry:
-    count = int.from_bytes(data[80:84], "little")
-    # Headers of binary files may begin with "solid", too, but they or the count after them have zero bytes.
-    text = data.lstrip()[:5].lower() == b"solid" and b"\0" not in data[:84]
-    if len(data) == 84 + 50 * count or (len(data) > 84 + 50 * count and not text):
-        record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-        vertices = np.frombuffer(data, record, count, 84)["corners"].reshape(-1, 3).astype(np.float64)
-    elif text:
-        lines = re.findall(rb"(?:^|[\r\n])\s*vertex\s+([^\r\n]*)", data, re.IGNORECASE)
-        vertices = numbers(b" ".join(lines))
-        if len(vertices) != 3 * len(lines):
-            raise ValueError(f"{len(vertices)} coordinates for {len(lines)} vertices")
-        vertices = vertices.reshape(-1, 3)
-    else:
-        raise ValueError(f"neither a text STL nor a binary one of {len(data)} bytes")
-    if len(vertices) % 3:
-        raise ValueError(f"{len(vertices)} corners, not a multiple of 3")
-    return vertices, np.arange(len(vertices)).reshape(-1, 3)
-
-
-def _off(data: bytes) -> Geometry:
+def _off(data: bytes) -> Content:
     lines = [line for line in re.sub(rb"#[^\r\n]*", b"", data).splitlines() if line.strip()]
     # The keyword may be absent, and the counts may follow it without a space, as in ModelNet's files.
     header = re.match(rb"\s*(?:(?:ST)?C?N?OFF(?![A-Z])|(?=\d))", lines[0]) if lines else None
@@ -80,23 +63,48 @@ def _off(data: bytes) -> Geometry:
     corners = np.array([corner for polygon in polygons for corner in polygon], dtype=np.int64)
     if sizes.sum() != len(corners):
         raise ValueError("a face with fewer corners than it says")
-    return vertices, triangulate(vertices, corners, sizes)
+    return Content(vertices, triangulate(vertices, corners, sizes))
 
 
-def _xyz(data: bytes) -> Geometry:
+def _xyz(data: bytes) -> Content:
     """Points alone, one a line: what follows their coordinates is passed over."""
     lines = [line for line in re.sub(rb"#[^\r\n]*", b"", data).splitlines() if line.strip()]
-    width = len(lines[0].split()) if lines else 3
-    points = numbers(b" ".join(lines))
+    counted, names = None, b""
+    for _ in range(_HEADER_LINES):
+        if lines and re.fullmatch(rb"\s*\d+\s*", lines[0]):
+            counted = int(lines.pop(0))
+        elif lines and not _begins_with_number(lines[0]):
+            names = lines.pop(0)
+    if counted not in (None, len(lines)):
+        raise ValueError(f"{len(lines)} of {counted} points are there")
+    text = _with_blanks(b"\n".join(lines), lines[0] if lines else b"")
+    width = len(text.split(b"\n", 1)[0].split()) if lines else 3
+    points = numbers(text)
     if width < 3 or len(points) != width * len(lines):
         raise ValueError(f"{len(points)} numbers in {len(lines)} lines, the first of {width}")
-    return points.reshape(-1, width)[:, :3].copy(), np.zeros((0, 3), dtype=np.int64)
+    columns = re.findall(rb"[^\s,;/\"']+", names.lower())
+    named = len(columns) == width and {b"x", b"y", b"z"} <= set(columns)
+    places = [columns.index(axis) for axis in (b"x", b"y", b"z")] if named else [0, 1, 2]
+    return Content(points.reshape(-1, width)[:, places], np.zeros((0, 3), dtype=np.int64))
 
 
-_READERS: dict[str, Callable[[bytes], Geometry]] = {
+def _begins_with_number(line: bytes) -> bool:
+    return re.match(rb"\s*[-+]?(?:\.?\d|nan\b|inf)", line, re.IGNORECASE) is not None
+
+
+def _with_blanks(text: bytes, first: bytes) -> bytes:
+    """Numbers with blanks between them, and points in them, where a table has commas for either."""
+    if b";" in first:
+        return text.replace(b",", b".").replace(b";", b" ")
+    # "1,5 2,5 3,5" are three numbers; "1, 2, 3" and "1,2,3" have commas between them.
+    inside = re.search(rb"\d,\d", first) and not re.search(rb",\s|,\S*,", first) and len(first.split()) >= 3
+    return text.replace(b",", b"." if inside else b" ")
+
+
+_READERS: dict[str, Callable[[bytes], Content]] = {
     ".obj": read_obj,
     ".ply": read_ply,
-    ".stl": _stl,
+    ".stl": read_stl,
     ".off": _off,
     ".xyz": _xyz,
 }

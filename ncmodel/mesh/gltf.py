@@ -1,12 +1,13 @@
 """glTF 2.0 (.gltf, .glb): the triangles of a scene where its nodes put them.
 
 Read: buffers inside, beside (percent-encoded names, too) and as data URIs; strided, normalised and sparse accessors;
-triangles, strips and fans, indexed or not; transforms; skins, in the pose of the file. Points and lines have no faces,
-and where nothing else is there, their vertices are those of a point cloud.
+triangles, strips and fans, indexed or not; transforms; skins, in the pose of the file; morph targets, by their default
+weights; visibility of nodes. Where nothing has faces, the points are those of a point cloud.
 """
 
 import base64
 import json
+import os
 import struct
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from urllib.parse import unquote, unquote_to_bytes
 import numpy as np
 from numpy.typing import NDArray
 
+from ncmodel.mesh.content import Content, NotAMeshError
 from ncmodel.types import Floats, Ints
 
 Record = dict[str, Any]
@@ -22,20 +24,27 @@ Geometry = tuple[Floats, Ints]
 
 _TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
-_TRIANGLES, _STRIP, _FAN = 4, 5, 6
+_POINTS, _TRIANGLES, _STRIP, _FAN = 0, 4, 5, 6
+_VISIBILITY = "KHR_node_visibility"
+_SPLATS = "KHR_gaussian_splatting"
 _INSTANCES = "EXT_mesh_gpu_instancing"
 _JSON, _BINARY = 0x4E4F534A, 0x004E4942
 
 
-def read_gltf(path: Path) -> Geometry:
-    """Vertices (V, 3) and faces (F, 3) of a scene: the default one, or the first, or all nodes.
+def read_gltf(path: Path, data: bytes) -> Content:
+    """What is in a scene: the default one, or the first, or all nodes.
+
+    Args:
+        path: The file's, beside which its buffers lie.
+        data: What is in it.
 
     Raises:
+        NotAMeshError: It holds lines or Gaussian splats, and no faces.
         ValueError: The file isn't glTF 2.0, is damaged, lacks a buffer, or needs an extension that isn't read.
-        OSError: It can't be read.
+        OSError: A buffer can't be read.
     """
     try:
-        return _Scene(path).geometry()
+        return _Scene(path, data).content()
     except (KeyError, IndexError, TypeError, AttributeError, RecursionError, struct.error) as error:
         raise ValueError(f"damaged ({type(error).__name__}: {error})") from error
 
@@ -43,9 +52,8 @@ def read_gltf(path: Path) -> Geometry:
 class _Scene:
     """A file's records, and its buffers when they are needed."""
 
-    def __init__(self, path: Path) -> None:
-        self.folder = path.parent
-        data = path.read_bytes()
+    def __init__(self, path: Path, data: bytes) -> None:
+        self.path = path
         self.inside, text = _chunks(data) if path.suffix.lower() == ".glb" else (b"", data)
         self.root: Record = json.loads(text)
         version = self.root["asset"]["version"]
@@ -57,24 +65,35 @@ class _Scene:
             raise ValueError(f"written with {unread[0]}, which isn't read")
         self.buffers: dict[int, bytes] = {}
 
-    def geometry(self) -> Geometry:
+    def content(self) -> Content:
         """All meshes of the scene, joined."""
-        parts: list[Geometry] = []
-        self.placed = self._placements()
-        for index, place in self.placed.items():
-            node = self.root["nodes"][index]
-            for primitive in self.root["meshes"][node["mesh"]]["primitives"] if "mesh" in node else ():
-                parts.append(self._part(primitive, node, place))
-        if any(len(faces) for _, faces in parts):
-            parts = [part for part in parts if len(part[1])]
-        offsets = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
+        self.placed, hidden = self._placements()
+        found = [
+            (primitive, index, self.root["meshes"][node["mesh"]])
+            for index, node in ((index, self.root["nodes"][index]) for index in self.placed if index not in hidden)
+            if "mesh" in node
+            for primitive in self.root["meshes"][node["mesh"]]["primitives"]
+        ]
+        placed = [parts for parts in found if "POSITION" in parts[0]["attributes"]]
+        shown = [self._part(*parts) for parts in placed]
+        if any(len(faces) for _, faces in shown):
+            shown = [part for part in shown if len(part[1])]
+        else:
+            shown = [part for part, (primitive, *_) in zip(shown, placed, strict=True) if _is_cloud(primitive)]
+            if placed and not shown:
+                splats = any(_is_splats(primitive) for primitive, *_ in placed)
+                raise NotAMeshError(f"{'Gaussian splats' if splats else 'lines'} and no faces")
+        offsets = np.cumsum([0, *(len(vertices) for vertices, _ in shown)])
         empty: Geometry = (np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
-        vertices, faces = zip(empty, *parts, strict=False)
+        vertices, faces = zip(empty, *shown, strict=False)
         moved = [part + offset for part, offset in zip(faces[1:], offsets, strict=False)]
-        return np.concatenate(vertices), np.concatenate([faces[0], *moved])
+        notes = [f"{len(hidden)} hidden nodes aren't drawn"] if hidden else []
+        if len(placed) < len(found):
+            notes.append(f"{len(found) - len(placed)} parts without positions are passed over")
+        return Content(np.concatenate(vertices), np.concatenate([faces[0], *moved]), tuple(notes))
 
-    def _placements(self) -> dict[int, Floats]:
-        """The (4, 4) transform of each node of the scene."""
+    def _placements(self) -> tuple[dict[int, Floats], set[int]]:
+        """The (4, 4) transform of each node of the scene, and the nodes that are hidden, as all below them are."""
         nodes = self.root.get("nodes", [])
         scenes = self.root.get("scenes", [])
         if scenes:
@@ -83,19 +102,27 @@ class _Scene:
             children = {child for node in nodes for child in node.get("children", [])}
             roots = [index for index in range(len(nodes)) if index not in children]
         placed: dict[int, Floats] = {}
+        hidden: set[int] = set()
         waiting = [(index, np.eye(4)) for index in reversed(roots)]
         while waiting:
             index, above = waiting.pop()
             if index in placed:
                 raise ValueError(f"node {index} has two places in the scene")
             placed[index] = above @ _transform(nodes[index])
-            waiting += [(child, placed[index]) for child in reversed(nodes[index].get("children", []))]
-        return placed
+            children_here = nodes[index].get("children", [])
+            if index in hidden or not nodes[index].get("extensions", {}).get(_VISIBILITY, {}).get("visible", True):
+                hidden.update((index, *children_here))
+            waiting += [(child, placed[index]) for child in reversed(children_here)]
+        return placed, hidden
 
-    def _part(self, primitive: Record, node: Record, place: Floats) -> Geometry:
-        """The vertices and faces of one primitive, where its node puts them."""
-        attributes = primitive["attributes"]
+    def _part(self, primitive: Record, index: int, mesh: Record) -> Geometry:
+        """The vertices and faces of one primitive of a mesh, where its node puts them."""
+        attributes, node, place = primitive["attributes"], self.root["nodes"][index], self.placed[index]
         vertices = self._accessor(attributes["POSITION"]).astype(np.float64)
+        weights = node.get("weights", mesh.get("weights", []))
+        for weight, target in zip(weights, primitive.get("targets", []), strict=False):
+            if weight and "POSITION" in target:
+                vertices = vertices + weight * self._accessor(target["POSITION"])
         if "indices" in primitive:
             corners = self._accessor(primitive["indices"]).astype(np.int64).ravel()
         else:
@@ -150,7 +177,7 @@ class _Scene:
     def _buffer(self, index: int) -> bytes:
         if index not in self.buffers:
             uri = self.root["buffers"][index].get("uri")
-            self.buffers[index] = self.inside if uri is None else _fetched(uri, self.folder)
+            self.buffers[index] = self.inside if uri is None else _fetched(uri, self.path)
         return self.buffers[index]
 
 
@@ -166,30 +193,50 @@ def _chunks(data: bytes) -> tuple[bytes, bytes]:
         length, kind = struct.unpack_from("<II", data, at)
         found.setdefault(kind, data[at + 8 : at + 8 + length])
         at += 8 + length
-    return found.get(_BINARY, b""), found[_JSON]
+    # Chunks are padded to four bytes, by blanks as they should be or by zeros.
+    return found.get(_BINARY, b""), found[_JSON].rstrip(b"\0")
 
 
-def beside(uri: str, folder: Path) -> Path:
-    """The file that a URI names: one in the mesh's folder, as a mesh from elsewhere has no business in other places.
+def beside(uri: str, model: Path) -> Path:
+    """The file that a URI of a model names, in the model's folder, as a mesh has no business in other places.
+
+    The file may be a link. Stores of data sets keep files under their checksums, and link models and buffers to them:
+    where the model's own link leads, and in the folder that holds both ends of that, its buffers may lie, too.
 
     Raises:
         ValueError: It isn't there.
     """
-    path = folder.joinpath(unquote(uri)).resolve()
-    if not path.is_relative_to(folder.resolve()) or (path.exists() and not path.is_file()):
+    folder = model.parent.resolve()
+    path = Path(os.path.normpath(folder / unquote(uri)))
+    # Where model and link have nothing in common but the root of all, only the two folders themselves count.
+    stored = model.resolve().parent
+    common = Path(os.path.commonpath([folder, stored]))
+    allowed = [folder, stored] if common == Path(common.anchor) else [common]
+    inside = path.is_relative_to(folder) and any(path.resolve().is_relative_to(place) for place in allowed)
+    if not inside or (path.exists() and not path.is_file()):
         raise ValueError(f"its buffer {uri!r} is no file in the folder of the mesh")
     return path
 
 
-def _fetched(uri: str, folder: Path) -> bytes:
+def _fetched(uri: str, model: Path) -> bytes:
     """What a URI names: a file beside, or itself."""
     if not uri.startswith("data:"):
         try:
-            return beside(uri, folder).read_bytes()
+            return beside(uri, model).read_bytes()
         except OSError as error:
             raise ValueError(f"its buffer {uri!r} can't be read ({error.strerror})") from error
     head, _, content = uri.partition(",")
     return base64.b64decode(content) if head.endswith(";base64") else unquote_to_bytes(content)
+
+
+def _is_splats(primitive: Record) -> bool:
+    names = (*primitive.get("extensions", {}), *primitive["attributes"])
+    return any(name.startswith(_SPLATS) for name in names)
+
+
+def _is_cloud(primitive: Record) -> bool:
+    """Whether a primitive without faces holds points of a surface."""
+    return primitive.get("mode", _TRIANGLES) == _POINTS and not _is_splats(primitive)
 
 
 def _transform(node: Record) -> Floats:

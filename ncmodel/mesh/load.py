@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from ncmodel.errors import ArgumentError, MeshError
 from ncmodel.mesh import formats
+from ncmodel.mesh.content import Content, NotAMeshError
 from ncmodel.mesh.weld import weld, without_cracks
 from ncmodel.types import Floats, Ints, Mesh
 
@@ -41,11 +42,13 @@ def load_mesh(path: str | Path, up: str = "y") -> Mesh:
         UsageError: `up` is something else.
     """
     suffix = Path(path).suffix.lower()
-    vertices, faces = read_geometry(path)
-    vertices = upright(vertices, up)
-    notes = []
+    content = _read(path)
+    vertices, faces, notes = upright(content.vertices, up), content.faces, list(content.notes)
     if len(faces) == 0:
-        vertices, faces = _surface_through(vertices, path)
+        finite = np.isfinite(vertices).all(axis=1)
+        if not finite.all():
+            notes.append(f"left out {np.count_nonzero(~finite)} points whose coordinates aren't numbers")
+        vertices, faces = _surface_through(vertices[finite], path)
         notes.append(f"reconstructed {len(faces)} faces from points (screened Poisson)")
     loose = suffix in _WELDED_SUFFIXES or len(vertices) > _LOOSE * len(faces)
     stored = len(vertices)
@@ -61,6 +64,11 @@ def read_geometry(path: str | Path) -> tuple[Floats, Ints]:
     Raises:
         MeshError: The file is missing, unreadable or not a mesh.
     """
+    content = _read(path)
+    return content.vertices, content.faces
+
+
+def _read(path: str | Path) -> Content:
     suffix = Path(path).suffix.lower()
     if Path(path).is_dir():
         raise MeshError(path, "a folder", "a mesh file")
@@ -72,6 +80,8 @@ def read_geometry(path: str | Path) -> tuple[Floats, Ints]:
         # Numbers that aren't any are told by who uses the mesh.
         with np.errstate(over="ignore", invalid="ignore"):
             return formats.read_mesh(Path(path))
+    except NotAMeshError as error:
+        raise MeshError(path, str(error), "a mesh with faces") from error
     except (ValueError, OverflowError) as error:
         raise MeshError(path, f"not readable as {suffix}: {error}", "a mesh file") from error
 

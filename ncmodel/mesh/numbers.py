@@ -1,5 +1,6 @@
 """Numbers in text files."""
 
+import re
 import warnings
 
 import numpy as np
@@ -8,19 +9,27 @@ from ncmodel.types import Floats
 
 
 def numbers(text: bytes) -> Floats:
-    """All numbers of a text that holds nothing but numbers and white space.
+    """All numbers of a text that holds nothing but numbers and white space; Fortran's exponents (1.5D+02), too.
 
     Raises:
         ValueError: Something in it isn't a number.
     """
     if not text.strip():
         return np.zeros(0)
+    try:
+        return _plain(text)
+    except (DeprecationWarning, ValueError):  # numpy before and from 2.3
+        text = re.sub(rb"(?<=[\d.])[dD](?=[-+]?\d)", b"e", text)
+    try:
+        return _plain(text)
+    except (DeprecationWarning, ValueError) as error:
+        raise ValueError(f"{_stranger(text)!r} among the numbers") from error
+
+
+def _plain(text: bytes) -> Floats:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        try:
-            return np.fromstring(text, sep=" ")
-        except (DeprecationWarning, ValueError) as error:  # numpy before and from 2.3
-            raise ValueError(f"{_stranger(text)!r} among the numbers") from error
+        return np.fromstring(text, sep=" ")
 
 
 def _stranger(text: bytes) -> str:

@@ -1,12 +1,13 @@
 """PLY, text and binary: positions, polygons and triangle strips; other elements and properties are passed over."""
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ncmodel.mesh.content import Content, NotAMeshError
 from ncmodel.mesh.numbers import numbers
 from ncmodel.mesh.triangulate import triangulate
 from ncmodel.types import Floats, Ints, Mesh
@@ -18,6 +19,11 @@ _TYPES = {
 }  # fmt: skip
 _ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}
 _CORNERS = ("vertex_indices", "vertex_index")
+_READ = ("x", "y", "z", *_CORNERS)
+_SPLATS = ({"scale_0", "rot_0", "opacity"}, {"packed_position", "packed_rotation", "packed_scale"})
+"""What the points of Gaussian splats have, plain and compressed."""
+_AGAIN = " again"
+"""Behind the name of a property that an element has already; no name has a blank of its own."""
 
 
 @dataclass(frozen=True)
@@ -36,17 +42,15 @@ class _Element:
     properties: tuple[_Property, ...]
 
 
-def read_ply(data: bytes) -> tuple[Floats, Ints]:
-    """Vertices (V, 3) and faces (F, 3); no faces for a point cloud.
+def read_ply(data: bytes) -> Content:
+    """Vertices and faces; no faces for a point cloud.
 
     Raises:
+        NotAMeshError: It holds edges or Gaussian splats, and no faces.
         ValueError: The header isn't one of a PLY file, or the data end too early.
     """
-    header = re.match(rb"ply\s*\n(.*?)end_header[^\S\n]*\n", data, re.DOTALL)
-    if header is None:
-        raise ValueError("no PLY header")
-    order, elements = _parse_header(header.group(1).decode("latin-1"))
-    body = data[header.end() :]
+    order, elements, body = _header(data)
+    _check_surface(elements)
     reader = _Text(numbers(body)) if order == "" else _Binary(body, order)
     vertices, strips = np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
     corners, sizes = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
@@ -64,7 +68,29 @@ def read_ply(data: bytes) -> tuple[Floats, Ints]:
     faces = triangulate(vertices, corners, sizes)
     if len(strips):
         faces = np.concatenate([faces, triangulate(vertices, strips.ravel(), np.full(len(strips), 3))])
-    return vertices, faces
+    notes = [
+        f"property {p.name.split()[0]!r} is there twice: the first is read"
+        for element in elements
+        for p in element.properties
+        if p.name.split()[0] in _READ and p.name.endswith(_AGAIN)
+    ]
+    return Content(vertices, faces, tuple(notes))
+
+
+def _check_surface(elements: list[_Element]) -> None:
+    """Refuse what has no faces and is no cloud of points of a surface.
+
+    Raises:
+        NotAMeshError: It says what is there instead.
+    """
+    counts = {element.name: element.count for element in elements}
+    names = {p.name for element in elements if element.name == "vertex" for p in element.properties}
+    if counts.get("face", 0) + counts.get("tristrips", 0) > 0:
+        return
+    if any(splat <= names for splat in _SPLATS):
+        raise NotAMeshError(f"{counts['vertex']} Gaussian splats and no faces")
+    if counts.get("edge", 0) > 0:
+        raise NotAMeshError(f"{counts['edge']} lines and no faces")
 
 
 def _whole(values: NDArray[Any]) -> Ints:
@@ -90,13 +116,24 @@ def _strips(corners: Ints, sizes: Ints) -> Ints:
     return np.asarray(faces[(faces != -1).all(axis=1) & (i != j) & (j != k) & (k != i)])
 
 
-def _parse_header(text: str) -> tuple[str, list[_Element]]:
+def _header(data: bytes) -> tuple[str, list[_Element], bytes]:
+    """The byte order, the elements, and what follows the header."""
+    # Lines end as the first does: in a file of carriage returns, a line feed after the last is a number's byte.
+    first = re.match(rb"ply[^\S\r\n]*(\r?\n|\r)", data)
+    end = b"[^\\S\r]*\r" if first and first.group(1) == b"\r" else b"[^\\S\n]*\n"
+    header = re.match(rb"ply\s+((?:.*?[\r\n])??)end_header" + end, data, re.DOTALL)
+    if header is None:
+        raise ValueError("no PLY header")
     order: str | None = None
     elements: list[_Element] = []
-    for line in text.splitlines():
-        match line.split():
+    # Bytes end lines and words where ASCII does; as text, a comment in UTF-8 may hold what Python takes for line ends.
+    for line in header.group(1).splitlines():
+        words = [word.decode("utf-8", "replace") for word in line.split()]
+        match words:
             case ["format", name, _] if name in _ORDERS:
                 order = _ORDERS[name]
+            case ["element", name, _] if name in {element.name for element in elements}:
+                raise ValueError(f"element {name!r} twice")
             case ["element", name, count] if count.isdigit():
                 elements.append(_Element(name, int(count), ()))
             case ["property", "list", count_type, kind, name] if elements:
@@ -106,17 +143,20 @@ def _parse_header(text: str) -> tuple[str, list[_Element]]:
             case [] | ["comment", *_] | ["obj_info", *_]:
                 pass
             case _:
-                raise ValueError(f"header line {line.strip()!r}")
+                raise ValueError(f"header line {' '.join(words)!r}")
     if order is None:
         raise ValueError("a header without a format")
-    return order, elements
+    return order, elements, data[header.end() :]
 
 
 def _extend(elements: list[_Element], added: _Property) -> None:
     if not added.kind:
         raise ValueError(f"property {added.name!r} of an unknown type")
     last = elements[-1]
-    elements[-1] = _Element(last.name, last.count, (*last.properties, added))
+    name, taken = added.name, {p.name for p in last.properties}
+    while name in taken:
+        name += _AGAIN
+    elements[-1] = _Element(last.name, last.count, (*last.properties, replace(added, name=name)))
 
 
 _Columns = dict[str, tuple[NDArray[Any], Ints]]

@@ -3,13 +3,20 @@
 import numpy as np
 
 from ncmodel.jit import kernel
+from ncmodel.mesh.content import NotAMeshError
 from ncmodel.types import Floats, Ints
+
+_ANY, _SPIKE, _TOUCHED, _EAR = 0, 1, 2, 3
+"""What may be cut off a polygon, from the last resort to what is cut as long as there is one."""
+_ROUNDING = 2.0**-51
+"""Of coordinates up to 1: a point on a side of its polygon lies no farther aside than this."""
 
 
 def triangulate(vertices: Floats, corners: Ints, sizes: Ints) -> Ints:
     """(F, 3) the triangles of polygons, in their order; polygons of fewer than three corners are left out.
 
-    Quads are split along their shorter diagonal, larger convex polygons into a fan; from the others, ears are cut.
+    Quads are split along their shorter diagonal, the other one if that lies outside; larger convex polygons into a fan;
+    from the others, ears are cut. A polygon may touch itself, as one with a hole that a bridge joins to its outline.
 
     Args:
         vertices: (V, 3).
@@ -17,94 +24,187 @@ def triangulate(vertices: Floats, corners: Ints, sizes: Ints) -> Ints:
         sizes: (m,) corners of each polygon.
 
     Raises:
+        NotAMeshError: No polygon has three corners.
         ValueError: A corner isn't a vertex.
     """
     if len(corners) and not 0 <= corners.min() <= corners.max() < len(vertices):
         raise ValueError(f"faces use vertices {corners.min()}..{corners.max()}, the mesh has {len(vertices)}")
     if (sizes == 3).all():
         return corners.reshape(-1, 3)
+    if (sizes < 3).all():
+        raise NotAMeshError(f"{len(sizes)} faces of fewer than three corners: lines or points")
     # Squares of huge or tiny coordinates would overflow or vanish.
-    vertices = vertices / (np.abs(vertices).max() or 1.0)
-    starts = np.cumsum(sizes) - sizes
-    counts = np.maximum(sizes - 2, 0)
-    places = np.cumsum(counts) - counts
-    faces = np.empty((int(counts.sum()), 3), dtype=np.int64)
-    triangles = np.flatnonzero(sizes == 3)
-    faces[places[triangles]] = corners[starts[triangles][:, None] + np.arange(3)]
-    quads = np.flatnonzero(sizes == 4)
-    if len(quads):
-        halves = _split(vertices, corners[starts[quads][:, None] + np.arange(4)])
-        faces[places[quads][:, None] + np.arange(2)] = halves
-    for polygon in np.flatnonzero(sizes > 4):
-        ring = corners[starts[polygon] : starts[polygon] + sizes[polygon]]
-        faces[places[polygon] : places[polygon] + counts[polygon]] = ring[_ears(vertices[ring])]
-    return faces
-
-
-def _split(vertices: Floats, quads: Ints) -> Ints:
-    """(n, 2, 3) the two triangles of each quad (n, 4)."""
-    p = vertices[quads]
-    other = np.square(p[:, 0] - p[:, 2]).sum(axis=1) > np.square(p[:, 1] - p[:, 3]).sum(axis=1)
-    turned = np.where(other[:, None], np.roll(quads, -1, axis=1), quads)
-    return np.stack([turned[:, [0, 1, 2]], turned[:, [0, 2, 3]]], axis=1)
-
-
-def _ears(points: Floats) -> Ints:
-    """(n - 2, 3) triangles of a polygon (n, 3), as indices of its corners."""
-    count = len(points)
-    fan = np.stack([np.zeros(count - 2, dtype=np.int64), np.arange(1, count - 1), np.arange(2, count)], axis=1)
-    flat = _flattened(points)
-    side = np.roll(flat, -1, axis=0) - flat
-    last = np.roll(side, 1, axis=0)
-    if (last[:, 0] * side[:, 1] >= last[:, 1] * side[:, 0]).all():
-        return fan
-    return _cut_ears(np.ascontiguousarray(flat))
+    vertices = np.ascontiguousarray(vertices / (np.abs(vertices).max() or 1.0))
+    return _triangles(vertices, np.ascontiguousarray(corners), np.ascontiguousarray(sizes))
 
 
 @kernel
-def _cut_ears(flat: Floats) -> Ints:
+def _triangles(vertices: Floats, corners: Ints, sizes: Ints) -> Ints:
+    """(F, 3) the triangles of all polygons."""
+    faces = np.empty((np.maximum(sizes - 2, 0).sum(), 3), dtype=np.int64)
+    start = place = 0
+    for size in sizes:
+        ring = corners[start : start + size]
+        if size == 3:
+            faces[place] = ring
+        elif size == 4:
+            _split(vertices, ring, faces[place : place + 2])
+        elif size > 4:
+            faces[place : place + size - 2] = _cut(vertices, ring)
+        start += size
+        place += max(size - 2, 0)
+    return faces
+
+
+@kernel
+def _split(vertices: Floats, quad: Ints, faces: Ints) -> None:
+    """Fill in the two triangles of a quad."""
+    p0, p1, p2, p3 = vertices[quad[0]], vertices[quad[1]], vertices[quad[2]], vertices[quad[3]]
+    first = int(_squared(p0, p2) > _squared(p1, p3))
+    # The diagonal of an arrowhead may be the shorter one, and outside: one triangle is turned over.
+    chosen = _agreement(p1, p2, p3, p0) if first else _agreement(p0, p1, p2, p3)
+    if chosen < 0 and (_agreement(p0, p1, p2, p3) if first else _agreement(p1, p2, p3, p0)) > 0:
+        first = 1 - first
+    for n in range(3):
+        faces[0, n] = quad[(first + n) % 4]
+    faces[1, 0], faces[1, 1], faces[1, 2] = quad[first], quad[(first + 2) % 4], quad[(first + 3) % 4]
+
+
+@kernel
+def _squared(a: Floats, b: Floats) -> float:
+    return float((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
+
+
+@kernel
+def _agreement(a: Floats, b: Floats, c: Floats, d: Floats) -> float:
+    """The product of the normals of the triangles abc and acd, negative where one is turned over."""
+    total = 0.0
+    for n in range(3):
+        i, j = (n + 1) % 3, (n + 2) % 3
+        u, v, w = b[i] - a[i], c[i] - a[i], d[i] - a[i]
+        x, y, z = b[j] - a[j], c[j] - a[j], d[j] - a[j]
+        total += (u * y - x * v) * (v * z - y * w)
+    return total
+
+
+@kernel
+def _cut(vertices: Floats, ring: Ints) -> Ints:
+    """(n - 2, 3) the triangles of a polygon of more than four corners."""
+    count = len(ring)
+    flat = _flattened(vertices, ring)
+    for n in range(count):
+        a, b, c = flat[n - 1], flat[n], flat[(n + 1) % count]
+        ahead, aside = (b[0] - a[0]) * (c[1] - b[1]), (b[1] - a[1]) * (c[0] - b[0])
+        # An outline that goes back the way it came turns neither way there.
+        back = (b[0] - a[0]) * (c[0] - b[0]) + (b[1] - a[1]) * (c[1] - b[1]) < 0
+        if not (ahead > aside or (ahead == aside and not back)):
+            return _cut_ears(flat, ring)
+    faces = np.empty((count - 2, 3), dtype=np.int64)
+    for n in range(count - 2):
+        faces[n, 0], faces[n, 1], faces[n, 2] = ring[0], ring[n + 1], ring[n + 2]
+    return faces
+
+
+@kernel
+def _cut_ears(flat: Floats, ring: Ints) -> Ints:
     """(n - 2, 3) triangles of a polygon (n, 2) on the plane: the first corner that sticks out is cut, and so on."""
     count = len(flat)
     after, before = (np.arange(count) + 1) % count, (np.arange(count) - 1) % count
     faces = np.empty((count - 2, 3), dtype=np.int64)
-    place, tried, cut = 0, 0, 0
+    slack = _ROUNDING * max(np.ptp(flat[:, 0]), np.ptp(flat[:, 1]))
+    place, tried, cut, wanted, collapsed = 0, 0, 0, _EAR, False
     while cut < count - 2:
-        # Where nothing sticks out, as in polygons that cross themselves, any corner will do.
-        if tried > count - cut or _is_ear(flat, before, after, place):
-            faces[cut] = before[place], place, after[place]
+        if tried > count - cut:
+            # Where nothing sticks out, as in polygons that touch or cross themselves, less will do.
+            tried, wanted = 0, wanted - 1
+        if collapsed or _may_be_cut(flat, before, after, place, wanted, slack):
+            i, k = before[place], after[place]
+            faces[cut, 0], faces[cut, 1], faces[cut, 2] = ring[i], ring[place], ring[k]
             cut += 1
-            after[before[place]], before[after[place]] = after[place], before[place]
-            tried = 0
-            place = before[place]
+            after[i], before[k] = k, i
+            tried, wanted = 0, _EAR
+            # What is left of a part that hangs together with the rest in one point has no area.
+            at_next = _has_collapsed(flat, before, after, k)
+            collapsed = at_next or _has_collapsed(flat, before, after, i)
+            place = k if at_next else i
         else:
             tried += 1
             place = after[place]
     return faces
 
 
-def _flattened(points: Floats) -> Floats:
+@kernel
+def _flattened(vertices: Floats, ring: Ints) -> Floats:
     """(n, 2) a polygon on the coordinate plane that shows it largest, counter-clockwise."""
-    following = np.roll(points, -1, axis=0)
-    normal = np.cross(points - points[0], following - points[0]).sum(axis=0)
-    axis = int(np.abs(normal).argmax())
-    flat = points[:, [(axis + 1) % 3, (axis + 2) % 3]]
-    return flat if normal[axis] >= 0 else flat * np.array([1.0, -1.0])
+    normal = np.zeros(3)
+    origin = vertices[ring[0]]
+    for n in range(len(ring)):
+        p, q = vertices[ring[n]] - origin, vertices[ring[(n + 1) % len(ring)]] - origin
+        for k in range(3):
+            i, j = (k + 1) % 3, (k + 2) % 3
+            normal[k] += p[i] * q[j] - p[j] * q[i]
+    axis = np.abs(normal).argmax()
+    flat = np.empty((len(ring), 2))
+    for n in range(len(ring)):
+        p = vertices[ring[n]]
+        flat[n, 0], flat[n, 1] = p[(axis + 1) % 3], p[(axis + 2) % 3] if normal[axis] >= 0 else -p[(axis + 2) % 3]
+    return flat
 
 
 @kernel
-def _is_ear(flat: Floats, before: Ints, after: Ints, place: int) -> bool:
-    """Whether the corner at `place` sticks out and no other corner that is left lies in its triangle."""
+def _may_be_cut(flat: Floats, before: Ints, after: Ints, place: int, wanted: int, slack: float) -> bool:
+    """Whether the corner at `place` is what is wanted.
+
+    An ear sticks out, and no other corner that is left lies in its triangle, but at one of its three corners, where a
+    bridge to a hole begins or ends. A touched one may have others on its sides, where no edge leads inside. A spike has
+    no area.
+    """
     i, k = before[place], after[place]
     a, b, c = flat[i], flat[place], flat[k]
-    if _turn(a, b, c) <= 0:
+    turn = _turn(a, b, c)
+    if wanted in (_ANY, _SPIKE):
+        return wanted == _ANY or abs(turn) <= slack
+    if not turn > 0:
         return False
-    n = after[k]
+    n = after[k] if wanted == _EAR else k
     while n != i:
-        p = flat[n]
-        if _turn(a, b, p) >= 0 and _turn(b, c, p) >= 0 and _turn(c, a, p) >= 0:
+        p, q = flat[n], flat[after[n]]
+        if wanted == _TOUCHED:
+            in_the_way = _leads_inside(a, b, c, p, q, slack)
+        else:
+            within = _turn(a, b, p) >= -slack and _turn(b, c, p) >= -slack and _turn(c, a, p) >= -slack
+            in_the_way = within and not (_same(p, a) or _same(p, b) or _same(p, c))
+        if in_the_way:
             return False
         n = after[n]
     return True
+
+
+@kernel
+def _has_collapsed(flat: Floats, before: Ints, after: Ints, place: int) -> bool:
+    """Whether two of a corner and its neighbours are at one place."""
+    a, b, c = flat[before[place]], flat[place], flat[after[place]]
+    return _same(a, b) or _same(b, c) or _same(c, a)
+
+
+@kernel
+def _leads_inside(a: Floats, b: Floats, c: Floats, p: Floats, q: Floats, slack: float) -> bool:
+    """Whether a part of the edge pq lies inside the triangle abc, not just on its sides."""
+    first, last = 0.0, 1.0
+    for u, v in ((a, b), (b, c), (c, a)):
+        begin, end = _turn(u, v, p), _turn(u, v, q)
+        if begin <= slack and end <= slack:
+            return False
+        if begin < 0:
+            first = max(first, begin / (begin - end))
+        elif end < 0:
+            last = min(last, begin / (begin - end))
+    return first < last
+
+
+@kernel
+def _same(a: Floats, b: Floats) -> bool:
+    return bool(a[0] == b[0] and a[1] == b[1])
 
 
 @kernel

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ncmodel.errors import printable
 from ncmodel.images import Pixels, png_bytes, shrink
 
 GAP = 12
@@ -89,7 +90,8 @@ def _font() -> Any:
 
 
 def _fitting(text: str, font: Any, width: int) -> str:
-    """`text`, cut with an ellipsis where it is wider than `width` pixels."""
+    """`text` on one line, cut with an ellipsis where it is wider than `width` pixels."""
+    text = printable(text)
     if font.getlength(text) <= width:
         return text
     keep = len(text)

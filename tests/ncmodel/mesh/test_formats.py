@@ -162,7 +162,7 @@ BAD_FILES = {
     "empty.xyz": (b"# nothing\n", "no vertices"),
     "flat.xyz": (b"1 2\n3 4\n", "4 numbers in 2 lines, the first of 2"),
     "ragged.xyz": (b"1 2 3\n4 5\n", "5 numbers in 2 lines, the first of 3"),
-    "words.xyz": (b"x y z\n", "'x' among the numbers"),
+    "words.xyz": (b"x y z\n", "no vertices"),
     "noise.glb": (b"glTF and then nothing", "not readable as .glb"),
     "empty.gltf": (b"{}", "damaged"),
 }
