@@ -118,6 +118,13 @@ def test_heavy_packages_wait_until_they_are_needed(statement: str, heavy: tuple[
     assert done.stdout.strip() == "[]"
 
 
+def test_help_needs_no_numbers() -> None:
+    code = "import sys; from ncmodel.cli.main import main; main(['--help']); sys.exit('numpy' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "evaluate" in done.stdout
+
+
 def test_every_package_and_template_is_installed() -> None:
     settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
     assert set(settings["packages"]["find"]["include"]) == {f"{name}*" for name in (*CHAIN, TEMPLATES)}

@@ -6,7 +6,6 @@ from typing import Annotated, Any
 import typer
 
 from ncmodel.cli.common import emit, progress
-from ncmodel.drawing.arguments import size_of
 from ncmodel.errors import BatchError, UsageError
 
 group = typer.Typer(help="Clean meshes, choose views, draw and select candidates.", no_args_is_help=True)
@@ -38,6 +37,7 @@ def build(
     from dataset_tools.build.runners import core_count, runner_for
     from dataset_tools.build.summary import summary_record, summary_text
     from ncmodel.data.data_folder import DataFolder
+    from ncmodel.drawing.arguments import size_of
 
     width, height = size_of(size) if size else (None, None)
     chosen = {"views": views, "width": width, "height": height, "seed": seed, "up": up, "min_faces": min_faces}
@@ -105,6 +105,7 @@ def export(
     """Write a view as the folder that the published code reads."""
     from dataset_tools.build.neuralcontours_format import exchanged
     from ncmodel.data.data_folder import DataFolder
+    from ncmodel.drawing.arguments import size_of
     from ncmodel.files import write_bytes
 
     _check_format(format_)

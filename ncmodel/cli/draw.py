@@ -14,8 +14,6 @@ import typer
 
 from ncmodel.cli.common import emit, progress
 from ncmodel.errors import BatchError, InputError, NeuralContoursError, UsageError, printable
-from ncmodel.export.page import WIDTH
-from ncmodel.types import FILTERED_FAMILIES
 
 if TYPE_CHECKING:
     from ncmodel.camera import Camera
@@ -49,7 +47,9 @@ def draw(
     thresholds: Annotated[
         str | None, typer.Option(help="FAMILY=VALUE,... in rtsc's units (default suggestive=0.01, others 0.1)")
     ] = None,
-    width: Annotated[float, typer.Option(help="Line width in pixels, at 768; lines grow with the picture.")] = WIDTH,
+    width: Annotated[
+        float | None, typer.Option(help="Line width in pixels, at 768; lines grow with the picture (default 2.5).")
+    ] = None,
     background: Annotated[
         str | None, typer.Option(help="#rrggbb, white, black or transparent (default none; white in a .png)")
     ] = None,
@@ -82,7 +82,7 @@ def draw(
     job = _Job(
         output=output,
         camera=_camera(camera, azimuth, elevation, size),
-        style={"width": width, "background": background},
+        style={"background": background} if width is None else {"width": width, "background": background},
         sort=sort,
         suffix="svg" if suffix is None else suffix,
         as_json=as_json,
@@ -116,10 +116,10 @@ class _Job:
 
     def __post_init__(self) -> None:
         from ncmodel.drawing.arguments import plan_of
-        from ncmodel.export.page import Picture
+        from ncmodel.export.page import WIDTH, Picture
 
         plan_of(self.options["lines"], self.options["thresholds"])
-        Picture(1, 1, (), self.style["width"], self.style["background"])
+        Picture(1, 1, (), self.style.get("width", WIDTH), self.style["background"])
 
     def draw(self, mesh: Path, output: Path) -> tuple["Drawing", dict[str, Any]]:
         """Draw one mesh to a file; the drawing, and its record for `--json`."""
@@ -226,7 +226,7 @@ def _record(mesh: Path, output: Path, drawing: "Drawing", seconds: float) -> dic
         "width": drawing.width,
         "height": drawing.height,
         "families": [family.value for family in plan.drawn],
-        "thresholds": {f.value: _finite(plan.thresholds.value(f)) for f in FILTERED_FAMILIES if f in plan.drawn},
+        "thresholds": {name: _finite(value) for name, value in plan.filtered.items()},
         "threshold_unit": plan.thresholds.unit,
         "score": plan.score,
         "score_evaluations": plan.evaluations,

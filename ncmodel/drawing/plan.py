@@ -41,5 +41,6 @@ class Plan:
 
     @property
     def filtered(self) -> dict[str, float | None]:
-        """The name of each filtered family that is drawn -> its threshold."""
-        return {f.value: self.thresholds.value(f) for f in self.drawn if f in self.thresholds.families}
+        """The name of each filtered family that is drawn -> its threshold, in the order of t."""
+        drawn = self.drawn
+        return {f.value: self.thresholds.value(f) for f in self.thresholds.families if f in drawn}

@@ -10,6 +10,8 @@ from eval.demo.held_out import split_for_training
 from eval.demo.pipeline import FULL, Plan, bundled_meshes, claim_folder, held_out_shapes, pipeline_stages
 from eval.demo.report import METHODS, summary_text, write_demo_report
 from eval.demo.stages import run_stages
+from ncmodel.data.item import Item
+from ncmodel.data.pairs import Pair, write_pairs
 from ncmodel.errors import UsageError
 
 TINY = Plan(
@@ -69,8 +71,7 @@ def test_training_sees_nothing_of_held_out_shapes(finished: Path) -> None:
 
 def test_the_training_split_watches_other_shapes(tmp_path: Path) -> None:
     shapes = [f"shape{i:02d}" for i in range(20)]
-    lines = [json.dumps({"shape": shape, "view": 0, "split": "train"}) + "\n" for shape in shapes]
-    (tmp_path / "pairs.jsonl").write_text("".join(lines), encoding="utf-8")
+    write_pairs(tmp_path / "pairs.jsonl", [Pair(Item(shape, "0"), 1, 2, "train") for shape in shapes])
     split_for_training(tmp_path / "pairs.jsonl", ["shape03"], tmp_path / "training.jsonl")
     records = [json.loads(line) for line in (tmp_path / "training.jsonl").read_text(encoding="utf-8").splitlines()]
     splits = {name: {r["shape"] for r in records if r["split"] == name} for name in ("train", "validation")}

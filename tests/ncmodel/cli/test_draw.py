@@ -201,3 +201,18 @@ def test_many_meshes_keep_their_notes(tmp_path: Path, capsys: pytest.CaptureFixt
     assert main(["draw", *meshes, "-o", str(tmp_path / "drawings"), "--size", "64"]) == 0
     told = capsys.readouterr().err
     assert all(f"{mesh}: reconstructed" in told for mesh in meshes)
+
+
+NAMES = ["two\nlines", "\x01\x1b[31m", "\udcff", "\u202eback", "tab\t", "<&>\"'", "日本 ü", " "]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_any_file_name_beside_others(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Drawn under its name; in what is said of it, letters that can't be seen are written out."""
+    good, bad = write_obj(tmp_path / f"{name}.obj", analytic.torus(40)), tmp_path / f"bad{name}.obj"
+    bad.write_bytes(b"f 1 2 3")
+    assert run(good, bad, "-o", tmp_path / "out", "--size", "64", "--lines", "contours") == 1
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == sorted(["contact-sheet.png", f"{name}.svg"])
+    *_, last = capsys.readouterr().err.rstrip("\n").split("\n")
+    assert last.startswith("ncontours: 1 of 2 meshes failed: ")
+    assert last.isprintable()

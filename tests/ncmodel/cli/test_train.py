@@ -44,7 +44,7 @@ class TestCommand:
             (["--seed", "-1"], "--seed: found -1, expected 0 or more"),
             (["--device", "abacus"], "--device: found 'abacus', which torch can't use"),
             (["--preset", "huge"], "--preset: found 'huge', expected one of"),
-            (["--stage", "finetune"], "finetuning needs both networks; train --stage ranker first"),
+            (["--stage", "finetune"], "finetuning needs both networks; train the ranker first"),
         ],
     )
     def test_wrong_options(
