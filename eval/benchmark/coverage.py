@@ -150,13 +150,16 @@ def _measure(surface: Surface, camera: Camera) -> tuple[float, float, float, flo
     return (
         _share(drawn[before_background], np.ones(before_background.sum())),
         _share(drawn[~before_background], np.ones((~before_background).sum())),
-        *_hidden_and_lost(surface, camera),
+        *_hidden_and_lost(surface, camera, places),
         float(_gaps(contours, full)),
     )
 
 
-def _hidden_and_lost(surface: Surface, camera: Camera) -> tuple[float, float]:
-    """Shares of what is drawn that is hidden, and of what is seen that isn't drawn, all families together."""
+def _hidden_and_lost(surface: Surface, camera: Camera, jumps: Floats) -> tuple[float, float]:
+    """Shares of what is drawn that is hidden, and of what is seen that isn't drawn, all families together.
+
+    Of contours, what is seen counts where depth jumps: on coarse faces n.v = 0 may cross the middle of a side.
+    """
     view, plan, scene = (
         View(split_at_creases(surface, CREASE_ANGLE), camera, CREASE_ANGLE),
         Plan(tuple(LineFamily)),
@@ -174,6 +177,8 @@ def _hidden_and_lost(surface: Surface, camera: Camera) -> tuple[float, float]:
         strong = fade(lines.take(survivors(lines, threshold)), threshold)
         there, depth, length = _samples(strong.points, camera)
         seen = _depth(scene, camera, there) >= depth - EXACT
+        if family is LineFamily.CONTOURS:
+            seen &= _distance(there, jumps) <= NEAR
         missing = _distance(there[seen], pixels) > BESIDE
         of_seen.append(np.stack([missing, length[seen]], axis=1))
     hidden, lost = np.concatenate(of_drawn), np.concatenate(of_seen)

@@ -13,7 +13,6 @@ from ncmodel.camera import DEFAULT_AZIMUTH, DEFAULT_ELEVATION, DEFAULT_SIZE, Cam
 from ncmodel.drawing import arguments
 from ncmodel.drawing.drawing import Drawing
 from ncmodel.drawing.plan import Plan
-from ncmodel.drawing.polygonal_outlines import missing_outlines
 from ncmodel.drawing.strokes import strokes
 from ncmodel.drawing.thresholding import fade, survivors
 from ncmodel.errors import UsageError
@@ -111,14 +110,13 @@ def draw(
         raise UsageError("thresholds: found some beside a model, which chooses its own; expected one or the other")
     asked = arguments.plan_of(lines, thresholds)
     _check(camera, model, azimuth=azimuth, elevation=elevation, crease_angle=crease_angle)
-    whole = _surface(shape, up, None if camera is None else camera.eye)
-    by_edges = LineFamily.CREASES in asked.families and model is None
-    surface = split_at_creases(whole, crease_angle) if by_edges else whole
+    surface = _surface(shape, up, None if camera is None else camera.eye)
+    if LineFamily.CREASES in asked.families and model is None:
+        surface = split_at_creases(surface, crease_angle)
     camera = camera or Camera.orbit(surface.mesh.used_vertices, azimuth, elevation, size=arguments.size_of(size))
     view = View(surface, camera, crease_angle)
     plan = asked if model is None else _chosen(model, view, preset, None if lines is None else asked.families)
-    drawing = draw_view(view, plan, detail)
-    return _with_outlines(drawing, whole, detail) if by_edges and LineFamily.CONTOURS in plan.drawn else drawing
+    return draw_view(view, plan, detail)
 
 
 def draw_view(view: View, plan: Plan, detail: Detail = BALANCED) -> Drawing:
@@ -150,6 +148,8 @@ def visible_segments(
         threshold: Its threshold.
         sample_pixels: Distance along the picture of the points at which visibility is decided.
     """
+    if family not in FILTERED_FAMILIES:
+        return fade(view.visible(family, sample_pixels), threshold)
     lines = view.candidates(family)
     # Weak lines are the most numerous; what the threshold takes away needs no rays.
     strong = lines.take(survivors(lines, threshold))
@@ -172,16 +172,6 @@ def strokes_of(view: View, segments: Segments, detail: Detail = BALANCED) -> tup
 def shortest_stroke(family: LineFamily, camera: Camera) -> float:
     """Pixels below which strokes of a family are dots; edges of the mesh have none."""
     return 0.0 if family in MESH_EDGES else SHORTEST_STROKE * page_scale(camera.width, camera.height)
-
-
-def _with_outlines(drawing: Drawing, whole: Surface, detail: Detail) -> Drawing:
-    """The drawing with the outlines of coarse faces, which normals don't know of, where no full line is yet."""
-    camera = drawing.camera
-    full = [stroke for stroke in drawing.strokes if stroke.family not in FILTERED_FAMILIES]
-    with timed(drawing.trace, "missing_outlines"):
-        segments = missing_outlines(whole, camera, full, detail.sample_pixels)
-        added = strokes(segments, camera, detail.tolerance, shortest_stroke(LineFamily.CONTOURS, camera))
-    return replace(drawing, strokes=(*drawing.strokes, *added))
 
 
 def _with_units(plan: Plan, view: View) -> Thresholds:

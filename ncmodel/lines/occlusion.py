@@ -8,8 +8,8 @@ occluders:
 * A face of the same fold. Lines are found on the smooth surface that interpolated normals describe, but rays meet flat
   faces. Where that surface turns from the eye, about half of a contour lies on faces that look away and that their
   neighbours hide. Such a neighbour is near, by the size of the face, turned alike, and near the turn itself; and
-  the point would be seen when moved a few pixels aside, past the outline that its line belongs to. At a sharp rim, of
-  an ear or a leaf, the neighbours of a contour's face may be turned any way, and its outline is farther.
+  the point would be seen when moved a few pixels aside, past the outline that its line belongs to. Where the outline is
+  farther, at the sharp rim of an ear or on a cone of few sides, `polygonal_outlines` draws it.
 
 An edge of the mesh may run a fraction of a pixel inside the outline that it belongs to, behind the next face: it is
 seen if it would be when moved that far to one of its sides.
@@ -25,7 +25,7 @@ from ncmodel.camera import DEFAULT_SIZE, Camera
 from ncmodel.geometry.normals_areas import Indices
 from ncmodel.geometry.raycast import RayScene
 from ncmodel.jit import kernel
-from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mask
+from ncmodel.types import Floats, Ints, LineSet, Mask
 
 TOUCH = 1e-5
 """A point nearer to a face than this lies on it: in radii of the mesh, or in distances from an eye nearer than that."""
@@ -75,7 +75,7 @@ class Occlusion:
         self.points, self.face, self.scene = lines.points, lines.face, scene
         self.eye, self.on_edges = np.asarray(camera.eye, dtype=np.float64), smooth is None
         pixels = GRACE_PIXELS if smooth is None else FOLD_PIXELS * min(camera.width, camera.height) / DEFAULT_SIZE
-        self.grace, self.contours = pixels / camera.focal_pixels, lines.family is LineFamily.CONTOURS
+        self.grace = pixels / camera.focal_pixels
         self.surface = smooth or Smooth(scene.vertices, scene.faces, np.zeros((0, 3)))
         self.reach = _fold_reach(self.face, self.surface, self.eye) if smooth else np.zeros(len(lines))
 
@@ -87,7 +87,7 @@ class Occlusion:
         distance = np.linalg.norm(points - self.eye, axis=1)
         before, touch = distance - hits.distance, self._touch(distance)
         face, reach = self.face[segment], self.reach[segment]
-        state = _judge(points, face, reach, hits.face, before, self.surface, self.eye, touch, self.contours)
+        state = _judge(points, face, reach, hits.face, before, self.surface, self.eye, touch)
         doubtful = np.flatnonzero(state != SEEN if self.on_edges else state == FOLDED)
         free = self._beside_is_free(points[doubtful], segment[doubtful])
         state[doubtful[free]] = SEEN
@@ -155,7 +155,6 @@ def _judge(
     surface: Smooth,
     eye: Floats,
     touch: Floats,
-    contours: bool,
 ) -> NDArray[np.int8]:
     """States of (N, 3) points on faces, given which faces their rays hit and how far before them.
 
@@ -172,8 +171,6 @@ def _judge(
             continue
         if before[n] > reach[n]:
             state[n] = HIDDEN_NEARBY if before[n] <= reach[n] * GAP_REACH / REACH else HIDDEN
-        elif contours and _meet(faces, face[n], hit[n]):
-            continue
         elif _turned_alike(surface, face[n], hit[n]) and _near_fold(surface, hit[n], eye, 2 * ROUGHNESS):
             state[n] = FOLDED
         else:
@@ -192,16 +189,6 @@ def _turned_alike(surface: Smooth, one: int, other: int) -> bool:
         bx, by, bz = bx + normals[b, 0], by + normals[b, 1], bz + normals[b, 2]
     squares = (ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz)
     return bool(abs(ax * bx + ay * by + az * bz) > SAME_WAY * math.sqrt(squares))
-
-
-@kernel
-def _meet(faces: Indices, one: int, other: int) -> bool:
-    """Whether two faces share a vertex."""
-    for a in range(3):
-        for b in range(3):
-            if faces[one, a] == faces[other, b]:
-                return True
-    return False
 
 
 @kernel

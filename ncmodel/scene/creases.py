@@ -131,7 +131,11 @@ class _Parted(Surface):
     ) -> None:
         mesh = Mesh(vertices, faces.astype(np.int64), whole.mesh.name, whole.mesh.notes)
         super().__init__(mesh, whole.trace, whole.sizing)
-        self.whole, self.parted_at, self.angle_degrees = whole, parted_at, angle_degrees
+        self._whole, self.parted_at, self.angle_degrees = whole, parted_at, angle_degrees
+
+    @property
+    def whole(self) -> Surface:
+        return self._whole
 
     @property
     def is_closed(self) -> bool:

@@ -40,6 +40,11 @@ class Surface:
         self._creases: dict[float, edges.Edges] = {}
         self.parted: dict[float, Surface] = {}  # crease angle -> what `geometry.sharp` made of this surface
 
+    @property
+    def whole(self) -> "Surface":
+        """The surface that this one is a parted copy of; itself unless it is parted."""
+        return self
+
     @stage
     def faces(self) -> normals_areas.Indices:
         """(F, 3) the mesh's faces with half the memory to read."""

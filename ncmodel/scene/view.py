@@ -30,7 +30,7 @@ class View:
         self.mesh, self.trace = surface.mesh, surface.trace
         self.eye = np.asarray(camera.eye, dtype=np.float64)
         self._lines: dict[LineFamily, LineSet] = {}
-        self._visible: dict[LineFamily, LineSet] = {}
+        self._visible: dict[tuple[LineFamily, float], LineSet] = {}
         self._feature_maps: dict[LineFamily, Image] = {}
 
     @stage
@@ -177,11 +177,38 @@ class View:
         with timed(self.trace, f"visible_{lines.family}"):
             return visible_pieces(lines, self.camera, scene, smooth, sample_pixels)
 
-    def visible(self, family: LineFamily) -> LineSet:
-        """The lines of a family at threshold 0, hidden parts cut away."""
-        if family not in self._visible:
-            self._visible[family] = self.unhidden(self.candidates(family))
-        return self._visible[family]
+    def visible(self, family: LineFamily, sample_pixels: float = 1.0) -> LineSet:
+        """The lines of a family at threshold 0, hidden parts cut away.
+
+        Contours are those along the outlines of the faces, and the outlines themselves where there is no line.
+
+        Args:
+            family: The family.
+            sample_pixels: Distance along the picture of the points at which visibility is decided.
+        """
+        key = family, sample_pixels
+        if key not in self._visible:
+            lines = self.unhidden(self.candidates(family), sample_pixels)
+            contours = family is LineFamily.CONTOURS
+            self._visible[key] = self._with_outlines(lines, sample_pixels) if contours else lines
+        return self._visible[key]
+
+    def _with_outlines(self, contours: LineSet, sample_pixels: float) -> LineSet:
+        """Visible contours without those that aren't near any fold of the faces, and with the outlines they miss.
+
+        A surface parted at its creases is one whose creases are drawn.
+        """
+        from ncmodel.lines import polygonal_outlines as outlines
+
+        whole, camera = self.surface.whole, self.camera
+        boundaries = self.visible(LineFamily.BOUNDARIES, sample_pixels)
+        creases = [] if whole is self.surface else [self.visible(LineFamily.CREASES, sample_pixels)]
+        shape = outlines.Polygons(whole.mesh.vertices, whole.faces, whole.rings, whole.scene)
+        with timed(self.trace, "polygonal_outlines"):
+            folds = outlines.visible_folds(shape, camera, sample_pixels)
+            contours = outlines.along(contours, [folds, boundaries], camera)
+            missing = outlines.missing_outlines(folds, [contours, boundaries, *creases], whole.scene, camera)
+        return outlines.joined(contours, missing)
 
 
 def _contours(view: View) -> LineSet:

@@ -57,7 +57,7 @@ def test_drawings_agree_with_reference_pictures(shape: str, picture: str, shared
 @pytest.mark.parametrize(
     ("lines", "needed", "not_needed"),
     [
-        ("contours", set(), VIEW_CURVATURE | DERIVATIVES | {"boundary_edges", "creases", "feature_size"}),
+        ("contours", set(), VIEW_CURVATURE | DERIVATIVES | {"creases", "feature_size"}),
         ("boundaries", set(), VIEW_CURVATURE | DERIVATIVES | {"normals", "creases", "scene"}),
         ("creases", {"creases"}, VIEW_CURVATURE | DERIVATIVES | {"boundary_edges"}),
         ("suggestive", {"dcurv", "sc_num"}, {"view_curvature", "view_derivative", "ridges_and_valleys", "creases"}),

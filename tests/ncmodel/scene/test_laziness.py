@@ -44,8 +44,8 @@ def test_lines_compute_what_they_need_once(family: str) -> None:
 def test_visible_contours_need_no_curvature() -> None:
     view = view_of(Mesh(*analytic.torus(24, 12)))
     assert len(view.visible(LineFamily.CONTOURS)) > 0
-    assert not {"curvature", "dcurv", "radial_curvature", "feature_size", "rings"} & set(stages(view))
-    assert {"facing_slope", "outlines", "visible_contours"} <= set(stages(view))
+    assert not {"curvature", "dcurv", "radial_curvature", "feature_size"} & set(stages(view))
+    assert {"facing_slope", "outlines", "visible_contours", "polygonal_outlines"} <= set(stages(view))
 
 
 def test_apparent_ridges_need_no_derivative_of_curvature() -> None:

@@ -1,4 +1,4 @@
-"""The outline of coarse shapes is complete, and that of fine ones is left to contours."""
+"""The outline of coarse shapes is complete and has no line beside it, and that of fine ones is left to contours."""
 
 from collections.abc import Callable
 
@@ -9,10 +9,11 @@ import pytest
 from ncmodel.camera import Camera
 from ncmodel.drawing.draw import draw
 from ncmodel.drawing.drawing import Drawing
-from ncmodel.drawing.polygonal_outlines import missing_outlines
+from ncmodel.lines.polygonal_outlines import Polygons, along, missing_outlines, visible_folds
 from ncmodel.mesh.load import make_mesh
 from ncmodel.scene.surface import Surface
-from ncmodel.types import Floats, Ints, LineFamily, Mesh
+from ncmodel.scene.view import View
+from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mesh
 from tests.helpers import analytic
 from tests.helpers.dirty import box, joined
 
@@ -26,6 +27,18 @@ def house() -> Mesh:
     sides = [[[k, (k + 1) % 5, 5 + (k + 1) % 5], [k, 5 + (k + 1) % 5, 5 + k]] for k in range(5)]
     ends = [[[5, 5 + k, 6 + k], [0, k + 1, k]] for k in range(1, 4)]
     return make_mesh(vertices, np.array(sides + ends).reshape(-1, 3), "house")
+
+
+def folds_of(surface: Surface, camera: Camera) -> LineSet:
+    return visible_folds(Polygons(surface.mesh.vertices, surface.faces, surface.rings, surface.scene), camera)
+
+
+def missing(mesh: Mesh, camera: Camera, *drawn: LineFamily) -> LineSet:
+    """The outlines that a mesh's visible lines of some families miss."""
+    surface = Surface(mesh)
+    view = View(surface, camera)
+    lines = [view.unhidden(view.candidates(family)) for family in drawn]
+    return missing_outlines(folds_of(surface, camera), lines, surface.scene, camera)
 
 
 def completeness(mesh: Mesh, drawing: Drawing, camera: Camera) -> float:
@@ -47,7 +60,7 @@ def test_where_contours_miss_it_the_faces_edge_is_drawn() -> None:
     """The ridge from the side: one straight stroke over the length of the roof, and nothing else."""
     mesh = house()
     camera = Camera.orbit(mesh.vertices, 90.0, 5.0, size=(400, 400))
-    segments = missing_outlines(Surface(mesh), camera, draw(mesh, camera, ["creases"]).strokes, 1.0)
+    segments = missing(mesh, camera, LineFamily.CREASES)
     assert segments.family is LineFamily.CONTOURS
     assert (segments.points[..., 1] == mesh.vertices[:, 1].max()).all()
     np.testing.assert_allclose(np.ptp(segments.points[..., 2]), 1.0, atol=0.05)
@@ -59,8 +72,12 @@ def test_where_contours_miss_it_the_faces_edge_is_drawn() -> None:
 def test_a_fine_shape_needs_none(builder: Callable[[], tuple[Floats, Ints]]) -> None:
     mesh = make_mesh(*builder())
     camera = Camera.orbit(mesh.vertices, 30.0, 25.0, size=(400, 400))
-    drawn = draw(mesh, camera, ["contours", "boundaries"]).strokes
-    assert len(missing_outlines(Surface(mesh), camera, drawn, 1.0)) == 0
+    view = View(Surface(mesh), camera)
+    contours = view.unhidden(view.candidates(LineFamily.CONTOURS))
+    ends = [folds_of(view.surface, camera), view.visible(LineFamily.BOUNDARIES)]
+    assert len(along(contours, ends, camera)) == len(contours) > 20
+    assert len(missing(mesh, camera, LineFamily.CONTOURS, LineFamily.BOUNDARIES)) == 0
+    np.testing.assert_array_equal(view.visible(LineFamily.CONTOURS).points, contours.points)
 
 
 def test_nothing_in_sight_has_no_outline() -> None:
@@ -68,7 +85,8 @@ def test_nothing_in_sight_has_no_outline() -> None:
     away = Camera((0.0, 0.0, 5.0), target=(0.0, 0.0, 9.0))
     inside = Camera((0.0, 0.0, 0.0), target=(0.0, 0.0, 1.0))
     for camera in (away, inside):
-        assert len(missing_outlines(Surface(mesh), camera, (), 1.0)) == 0
+        assert len(missing(mesh, camera)) == 0
+        assert len(View(Surface(mesh), camera).visible(LineFamily.CONTOURS)) == 0
 
 
 @pytest.mark.parametrize("size", [(1, 1), (4000, 2)])
@@ -76,13 +94,13 @@ def test_tiny_pictures_are_not_cut_into_tinier_pieces(size: tuple[int, int]) -> 
     mesh = house()
     square = Camera.orbit(mesh.vertices, 90.0, 5.0, size=(max(size), max(size)))
     camera = Camera(square.eye, width=size[0], height=size[1], focal_pixels=square.focal_pixels)
-    assert len(missing_outlines(Surface(mesh), camera, (), 1.0)) < 20 + 10 * max(size)
+    assert len(missing(mesh, camera)) < 20 + 10 * max(size)
 
 
-def test_it_costs_nothing_unless_creases_are_drawn() -> None:
+def test_it_costs_nothing_unless_contours_are_drawn() -> None:
     mesh = house()
-    assert "missing_outlines" not in draw(mesh, lines=["contours"]).trace.seconds()
-    assert "missing_outlines" in draw(mesh, lines=["contours", "creases"]).trace.seconds()
+    assert "polygonal_outlines" not in draw(mesh, lines=["creases", "suggestive"]).trace.seconds()
+    assert "polygonal_outlines" in draw(mesh, lines=["contours"]).trace.seconds()
 
 
 def test_a_limb_before_another_part_has_its_outline() -> None:
@@ -91,7 +109,7 @@ def test_a_limb_before_another_part_has_its_outline() -> None:
     vertices = np.concatenate([front.vertices, front.vertices + [-0.8, 0.15, 0.0]])
     both = Mesh(vertices, np.concatenate([front.faces, front.faces + len(front.vertices)]))
     camera = Camera.orbit(both.vertices, 90.0, 10.0, size=(400, 400))
-    outlines = missing_outlines(Surface(both), camera, draw(both, camera, ["creases"]).strokes, 1.0)
+    outlines = missing(both, camera, LineFamily.CREASES)
     ridge = np.isclose(outlines.points[..., 1], front.vertices[:, 1].max()).all(axis=1)
     np.testing.assert_allclose(np.ptp(outlines.points[ridge][..., 2]), 1.0, atol=0.05)
 
@@ -102,7 +120,7 @@ def test_outlines_do_not_depend_on_how_faces_are_wound(turned: slice) -> None:
     faces = mesh.faces.copy()
     faces[turned] = faces[turned, ::-1]
     camera = Camera.orbit(mesh.vertices, 90.0, 5.0, size=(400, 400))
-    one, other = (missing_outlines(Surface(each), camera, (), 1.0) for each in (mesh, Mesh(mesh.vertices, faces)))
+    one, other = (missing(each, camera) for each in (mesh, Mesh(mesh.vertices, faces)))
     assert len(one) > 300
     np.testing.assert_allclose(np.sort(one.points.mean(axis=1), axis=0), np.sort(other.points.mean(axis=1), axis=0))
 
@@ -112,7 +130,7 @@ def test_a_step_too_low_to_matter_is_no_outline(height: float, shown: float) -> 
     """A plate on a block: its far upper edge, behind which the block's top is seen."""
     vertices, faces = joined(box((-0.5, -0.2, -0.5), (0.5, 0.0, 0.5)), box((-0.2, 0.0, -0.2), (0.2, height, 0.2)))
     camera = Camera.orbit(vertices, 0.0, 45.0, size=(400, 400))
-    outlines = missing_outlines(Surface(Mesh(vertices, faces)), camera, (), 1.0)
+    outlines = missing(Mesh(vertices, faces), camera)
     far = np.isclose(outlines.points[..., 1], height) & np.isclose(outlines.points[..., 2], -0.2)
     drawn = outlines.points[far.all(axis=1)]
     assert float(np.abs(drawn[:, 1] - drawn[:, 0]).sum()) == pytest.approx(shown, abs=0.01)

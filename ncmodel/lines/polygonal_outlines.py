@@ -1,0 +1,230 @@
+"""The outlines of the flat faces: what contours must lie on, and what stands for them where there are none.
+
+Contours are found on the smooth surface that interpolated normals describe; the eye sees flat faces. Where those are
+few and large, that surface turns from the eye far from where they do: in the middle of a cone's side, behind it, or
+nowhere. Folds, the visible edges whose faces all lie on one side of them on the picture, are where the faces really end
+before what is behind them. A contour that strays from all of them by more than a few pixels is none; and where beside a
+fold the eye sees farther, and no drawn line runs along it, the fold takes the contour's place.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ncmodel.camera import DEFAULT_SIZE, Camera
+from ncmodel.export.rasterize import draw_segments
+from ncmodel.geometry.adjacency import Offsets, Rings
+from ncmodel.geometry.normals_areas import Indices, check_columns, sides_of
+from ncmodel.geometry.raycast import RayScene
+from ncmodel.jit import kernel
+from ncmodel.lines.chaining import connected, shared_ends
+from ncmodel.lines.edges import Edges
+from ncmodel.lines.visibility import SAMPLE_PIXELS, visible_pieces
+from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mask
+
+NEAR_PIXELS = 3.0
+"""Contours lie within this of a fold, and a fold nearer to a drawn line has one. All pixels are those of a picture
+whose shorter side is 768."""
+ROUNDING = 0.5
+"""What a point may be off the centre of its pixel, in either direction, where distances are looked up in a picture."""
+STEP = 0.015
+"""A fold is an outline if just beside it the eye sees past the shape, or a part of it that is farther by this."""
+ASIDE_PIXELS = 0.5
+"""How far beside it, in pixels of any picture."""
+SHORTEST_PIXELS = 60.0
+"""Outlines before other parts of the shape are longer: where a contour ends in a cusp, faces go on as an outline for a
+little, in one line or several."""
+CROSSING_PIXELS = 20.0
+"""Where a stray line crosses an outline, this much of it is near at most."""
+
+
+class Polygons(NamedTuple):
+    """A shape's flat faces.
+
+    Attributes:
+        vertices: (V, 3).
+        faces: (F, 3).
+        rings: The faces around each vertex.
+        scene: The same, for rays.
+    """
+
+    vertices: Floats
+    faces: Indices
+    rings: Rings
+    scene: RayScene
+
+
+def visible_folds(shape: Polygons, camera: Camera, sample_pixels: float = SAMPLE_PIXELS) -> LineSet:
+    """The visible edges whose faces, two at least, all lie on one side of them on the picture, in short pieces.
+
+    Args:
+        shape: The faces.
+        camera: Where they are seen from.
+        sample_pixels: Distance along the picture of the points at which visibility is decided.
+    """
+    vertices, faces, rings, scene = shape
+    turned = _turned(vertices, faces, np.asarray(camera.eye, dtype=np.float64))
+    start, end, face = _folds(rings.starts, rings.around, rings.face, turned)
+    folds = Edges(np.stack([start, end], axis=1), face).lines(LineFamily.CONTOURS, vertices)
+    return visible_pieces(folds.between(*_pieces(folds, camera, _near(camera))), camera, scene, None, sample_pixels)
+
+
+def along(lines: LineSet, ends: Sequence[LineSet], camera: Camera) -> LineSet:
+    """The segments that are near where faces end from end to end; what is out of the picture counts as near.
+
+    Short runs of them beside segments that aren't, as where a stray line crosses the outline, are left out, too.
+
+    Args:
+        lines: Visible contours.
+        ends: All visible folds and boundaries.
+        camera: Where they are seen from.
+    """
+    if len(lines) == 0:
+        return lines
+    within = max(_near(camera) - ROUNDING, 1.0)
+    index, begin, stop = _pieces(lines, camera, within / 2)
+    astray = np.bincount(index, _far(lines.between(index, begin, stop), ends, camera, within)) > 0
+    if not astray.any():
+        return lines
+    nodes, kept = shared_ends(lines.points), np.flatnonzero(~astray)
+    pixels = camera.project(lines.points[kept])[..., :2]
+    run = connected(lines.points[kept])
+    length = np.bincount(run, np.linalg.norm(pixels[:, 1] - pixels[:, 0], axis=1))
+    cut_off = np.bincount(run, np.isin(nodes[kept], nodes[astray]).any(axis=1)) > 0
+    short = cut_off & (length < CROSSING_PIXELS / NEAR_PIXELS * _near(camera))
+    return lines.take(kept[~short[run]])
+
+
+def missing_outlines(folds: LineSet, drawn: Sequence[LineSet], scene: RayScene, camera: Camera) -> LineSet:
+    """The folds before something farther, or nothing, that are far from all lines drawn.
+
+    Args:
+        folds: All that are visible.
+        drawn: The visible lines drawn.
+        scene: The faces.
+        camera: Where they are seen from.
+    """
+    if len(folds) == 0:
+        return folds
+    pixels, step = camera.project(folds.points)[..., :2], _step(folds, scene, camera)
+    missing = np.flatnonzero(_far(folds, drawn, camera, _near(camera)) & (step >= STEP))
+    length = np.linalg.norm(pixels[missing, 1] - pixels[missing, 0], axis=1)
+    length[np.isinf(step[missing])] = np.inf
+    run = connected(folds.points[missing])
+    long = np.bincount(run, length)[run] >= SHORTEST_PIXELS / NEAR_PIXELS * _near(camera)
+    return folds.take(_with_neighbours(folds.points, missing[long]))
+
+
+def joined(one: LineSet, other: LineSet) -> LineSet:
+    """The lines of two sets of one family without strength."""
+    return replace(
+        one,
+        points=np.concatenate([one.points, other.points]),
+        face=np.concatenate([one.face, other.face]),
+        feature=np.concatenate([one.feature, other.feature]),
+        denominator=np.concatenate([one.denominator, other.denominator]),
+    )
+
+
+def _near(camera: Camera) -> float:
+    """`NEAR_PIXELS` in pixels of the picture, at least one."""
+    return max(NEAR_PIXELS * min(camera.width, camera.height) / DEFAULT_SIZE, 1.0)
+
+
+def _pieces(lines: LineSet, camera: Camera, longest: float) -> tuple[Ints, Floats, Floats]:
+    """Pieces of segments, at most `longest` pixels long unless partly behind the camera: segment, start, end."""
+    depth = -((lines.points - np.asarray(camera.eye)) @ camera.rotation.T)[..., 2]
+    ahead = (depth > 0.0).all(axis=1)
+    length = np.zeros(len(lines))
+    pixels = camera.project(lines.points[ahead])[..., :2]
+    length[ahead] = np.linalg.norm(pixels[:, 1] - pixels[:, 0], axis=1)
+    most = 4.0 * np.hypot(camera.width, camera.height)
+    count = np.maximum(np.ceil(np.minimum(length, most) / longest), 1.0).astype(np.int64)
+    index = np.repeat(np.arange(len(lines)), count)
+    place = np.arange(len(index)) - (np.cumsum(count) - count)[index]
+    return index, place / count[index], (place + 1) / count[index]
+
+
+def _far(lines: LineSet, others: Sequence[LineSet], camera: Camera, pixels: float) -> Mask:
+    """(S,) which segments have their middle in the picture and no other line within some pixels of it."""
+    column, row = np.floor(camera.project(lines.points)[..., :2].mean(axis=1)).T
+    far = (column >= 0.0) & (column < camera.width) & (row >= 0.0) & (row < camera.height)
+    if others and far.any():
+        ends = np.concatenate([camera.project(other.points)[..., :2] for other in others])
+        broad = draw_segments(ends, np.ones((len(ends), 2)), 2.0 * pixels, (camera.height, camera.width))
+        far[far] = broad[row[far].astype(np.int64), column[far].astype(np.int64)] < 0.5
+    return np.asarray(far)
+
+
+def _step(lines: LineSet, scene: RayScene, camera: Camera) -> Floats:
+    """(S,) how much farther than segments the eye sees where they end, in radii of the mesh.
+
+    What is seen beside a segment is followed back to it, as a surface seen at a grazing angle recedes much in a pixel.
+    """
+    eye, middle = np.asarray(camera.eye), lines.points.mean(axis=1)
+    away = middle - eye
+    distance = np.linalg.norm(away, axis=1)
+    aside = np.cross(away, lines.points[:, 1] - lines.points[:, 0])
+    aside /= np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), 1e-300)
+    aside *= (ASIDE_PIXELS * distance / camera.focal_pixels)[:, None]
+    step = np.zeros(len(lines))
+    for side in (aside, -aside):
+        beside, beyond = (scene.first_hit(eye, away + share * side)[0] for share in (1.0, 2.0))
+        receding = np.zeros(len(lines))
+        np.subtract(beyond, beside, out=receding, where=np.isfinite(beyond) & (beyond > beside))
+        step = np.maximum(step, beside - receding - distance)
+    return np.asarray(step / scene.radius)
+
+
+def _with_neighbours(points: Floats, chosen: Ints) -> Mask:
+    """(S,) the chosen segments (S, 2, 3), and those that share an end with one: they lead on to strokes."""
+    nodes = shared_ends(points)
+    return np.asarray(np.isin(nodes, nodes[chosen]).any(axis=1))
+
+
+@kernel
+def _turned(vertices: Floats, faces: Indices, eye: Floats) -> NDArray[np.int8]:
+    """(F,) 1 for faces turned to the eye, -1 for those turned away or seen edge-on, 0 for degenerate ones."""
+    check_columns(vertices, 3)
+    check_columns(faces, 3)
+    turned = np.zeros(len(faces), dtype=np.int8)
+    for f in range(len(faces)):
+        i = faces[f, 0]
+        sides, flat = sides_of(vertices, i, faces[f, 1], faces[f, 2])
+        x, y, z = eye[0] - vertices[i, 0], eye[1] - vertices[i, 1], eye[2] - vertices[i, 2]
+        toward = sides[9] * x + sides[10] * y + sides[11] * z
+        if not flat:
+            turned[f] = 1 if toward > 0.0 else -1
+    return turned
+
+
+@kernel
+def _folds(starts: Offsets, around: Indices, face: Indices, turned: NDArray[np.int8]) -> tuple[Ints, Ints, Ints]:
+    """Edges whose faces, two at least, are all seen on the same side of them: both ends, and one of the faces.
+
+    However the faces are oriented: one that has an edge in the opposite direction lies on its other side where it is
+    turned the same way.
+    """
+    start = np.empty(len(around), dtype=np.int64)
+    end = np.empty(len(around), dtype=np.int64)
+    owner = np.empty(len(around), dtype=np.int64)
+    # How many faces of the edge to each neighbour of the current vertex are seen on its left and right.
+    left, right = np.zeros(len(starts), dtype=np.int32), np.zeros(len(starts), dtype=np.int32)
+    size = 0
+    for v in range(len(starts) - 1):
+        for n in range(starts[v], starts[v + 1]):
+            following, previous, toward = around[n, 0], around[n, 1], turned[face[n]]
+            left[following] += toward > 0
+            right[following] += toward < 0
+            left[previous] += toward < 0
+            right[previous] += toward > 0
+        for n in range(starts[v], starts[v + 1]):
+            for far in around[n]:
+                if far > v and max(left[far], right[far]) > 1 and min(left[far], right[far]) == 0:
+                    start[size], end[size], owner[size] = v, far, face[n]
+                    size += 1
+                left[far] = right[far] = 0
+    return start[:size].copy(), end[:size].copy(), owner[:size].copy()
