@@ -63,7 +63,7 @@ COLUMNS = tuple(one.name for one in fields(PairAnswer))
 
 
 def ingest_study(answered: Iterable[Answered | Problem], key: StudyKey, out: Path) -> Ingested:
-    """Append answered questionnaires to an answer file, as `ingestion.append` does.
+    """Append answered questionnaires to an answer file, as `answer_file.append` does.
 
     Raises:
         InputError: `out` exists and isn't an answer file, or there were problems and nothing else.

@@ -142,7 +142,7 @@ def _digest(vote: Vote) -> int:
 
 
 def ingest(answered: Iterable[Answered | Problem], key: Key, out: Path) -> Ingested:
-    """Append answered questionnaires to a vote file, as `ingestion.append` does.
+    """Append answered questionnaires to a vote file, as `answer_file.append` does.
 
     Raises:
         InputError: `out` exists and isn't a vote file, or there were problems and nothing else.
