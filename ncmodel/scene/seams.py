@@ -76,6 +76,8 @@ def _stitched(surface: Surface, boundary: Edges) -> Mesh:
             vertices, faces, meeting = _merge(vertices, faces, meeting, same)
             faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
             near += count
+            if len(faces) == 0:
+                return mesh  # all of it lies within what is taken for one line
         else:
             margin = np.full(len(border), ROUNDING * size)  # what is near an end was merged with it
             touches = touching(vertices, faces, border.ends, border.face, reach, margin)

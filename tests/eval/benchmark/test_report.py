@@ -186,7 +186,8 @@ def test_the_command_measures_and_reports(
     assert record == json.loads((tmp_path / "out" / "bench.json").read_text())
     assert [run["case"] for run in record["processes"]] == ["contours"]
     assert {effort["shape"] for effort in record["presets"]} == {"torus"}
-    assert [view["outline"] for view in record["coverage"]] == [1.0] * 5
+    # Of this coarse torus a pixel in fifteen hundred is farther from its contour, which runs on the smooth surface.
+    assert [view["outline"] for view in record["coverage"]] == pytest.approx([1.0] * 5, abs=0.002)
     assert record["view"]["faces"] == pytest.approx(1_000, rel=0.05)
     assert record["distances"][0]["way"] == "layers"
     assert [build["workers"] for build in record["builds"]] == [1, 2]

@@ -55,7 +55,7 @@ def test_contours_alone_compute_no_curvature(mesh: Path, tmp_path: Path, capsys:
     computed = set(json.loads(capsys.readouterr().out)["computed"])
     assert computed >= {"load", "normals", "n_dot_v", "scene", "visible_contours", "strokes", "write"}
     curvature = {"curvature", "dcurv", "radial_curvature", "sc_num", "view_curvature", "view_derivative"}
-    assert not computed & (curvature | {"feature_size", "boundary_edges", "creases", "buffers", "rings"})
+    assert not computed & (curvature | {"feature_size", "creases", "buffers"})
 
 
 def test_a_threshold_asks_for_its_family(mesh: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
