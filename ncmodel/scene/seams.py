@@ -31,7 +31,7 @@ SHARPEST = math.radians(50.0)
 STRAY = 0.25
 """Of an edge's length: as far a finer border may stray from it that leads from one of its ends to the other."""
 
-LARGEST_SAG = 0.02
+LARGEST_SAG = 0.012
 """Of the mesh's size: borders farther apart than this are two."""
 
 
