@@ -37,7 +37,9 @@ ASIDE_PIXELS = 0.5
 SHORTEST_PIXELS = 60.0
 """Outlines before other parts of the shape are longer: where a contour ends in a cusp, faces go on as an outline for a
 little, in one line or several."""
-CROSSING_PIXELS = 20.0
+SHORTEST_BETWEEN_CREASES = 20.0
+"""The same where creases part a shape: contours between them are short, too."""
+CROSSING_PIXELS = 60.0
 """Where a stray line crosses an outline, this much of it is near at most."""
 
 
@@ -72,33 +74,40 @@ def visible_folds(shape: Polygons, camera: Camera, sample_pixels: float = SAMPLE
     return visible_pieces(folds.between(*_pieces(folds, camera, _near(camera))), camera, scene, None, sample_pixels)
 
 
-def along(lines: LineSet, ends: Sequence[LineSet], camera: Camera) -> LineSet:
-    """The segments that are near where faces end from end to end; what is out of the picture counts as near.
-
-    Short runs of them beside segments that aren't, as where a stray line crosses the outline, are left out, too.
+def along(lines: LineSet, ends: Sequence[LineSet], camera: Camera) -> tuple[LineSet, LineSet]:
+    """The segments that are near where faces end from one end to the other; out of the picture all are.
 
     Args:
         lines: Visible contours.
         ends: All visible folds and boundaries.
         camera: Where they are seen from.
+
+    Returns:
+        Those that are contours; and short runs beside segments that aren't, as where a stray line crosses an outline.
     """
-    if len(lines) == 0:
-        return lines
     within = max(_near(camera) - ROUNDING, 1.0)
     index, begin, stop = _pieces(lines, camera, within / 2)
-    astray = np.bincount(index, _far(lines.between(index, begin, stop), ends, camera, within)) > 0
+    far = _far(lines.between(index, begin, stop), ends, camera, within)
+    astray = np.bincount(index, far, len(lines)) > 0
     if not astray.any():
-        return lines
+        return lines, lines.take(astray)
     nodes, kept = shared_ends(lines.points), np.flatnonzero(~astray)
     pixels = camera.project(lines.points[kept])[..., :2]
     run = connected(lines.points[kept])
     length = np.bincount(run, np.linalg.norm(pixels[:, 1] - pixels[:, 0], axis=1))
     cut_off = np.bincount(run, np.isin(nodes[kept], nodes[astray]).any(axis=1)) > 0
-    short = cut_off & (length < CROSSING_PIXELS / NEAR_PIXELS * _near(camera))
-    return lines.take(kept[~short[run]])
+    short = (cut_off & (length < CROSSING_PIXELS / NEAR_PIXELS * _near(camera)))[run]
+    return lines.take(kept[~short]), lines.take(kept[short])
 
 
-def missing_outlines(folds: LineSet, drawn: Sequence[LineSet], scene: RayScene, camera: Camera) -> LineSet:
+def apart(lines: LineSet, others: LineSet, camera: Camera) -> LineSet:
+    """The segments that no other line is near."""
+    return lines.take(_far(lines, [others], camera, _near(camera)))
+
+
+def missing_outlines(
+    folds: LineSet, drawn: Sequence[LineSet], scene: RayScene, camera: Camera, shortest: float = SHORTEST_PIXELS
+) -> LineSet:
     """The folds before something farther, or nothing, that are far from all lines drawn.
 
     Args:
@@ -106,6 +115,7 @@ def missing_outlines(folds: LineSet, drawn: Sequence[LineSet], scene: RayScene, 
         drawn: The visible lines drawn.
         scene: The faces.
         camera: Where they are seen from.
+        shortest: What those before another part of the shape measure at least, in pixels at 768.
     """
     if len(folds) == 0:
         return folds
@@ -114,7 +124,7 @@ def missing_outlines(folds: LineSet, drawn: Sequence[LineSet], scene: RayScene, 
     length = np.linalg.norm(pixels[missing, 1] - pixels[missing, 0], axis=1)
     length[np.isinf(step[missing])] = np.inf
     run = connected(folds.points[missing])
-    long = np.bincount(run, length)[run] >= SHORTEST_PIXELS / NEAR_PIXELS * _near(camera)
+    long = np.bincount(run, length)[run] >= shortest / NEAR_PIXELS * _near(camera)
     return folds.take(_with_neighbours(folds.points, missing[long]))
 
 
@@ -187,17 +197,19 @@ def _with_neighbours(points: Floats, chosen: Ints) -> Mask:
 
 @kernel
 def _turned(vertices: Floats, faces: Indices, eye: Floats) -> NDArray[np.int8]:
-    """(F,) 1 for faces turned to the eye, -1 for those turned away or seen edge-on, 0 for degenerate ones."""
+    """(F,) 1 for faces turned to the eye, -1 for all others.
+
+    However degenerate faces and those seen edge-on count, the edges between both kinds are closed lines.
+    """
     check_columns(vertices, 3)
     check_columns(faces, 3)
-    turned = np.zeros(len(faces), dtype=np.int8)
+    turned = np.empty(len(faces), dtype=np.int8)
     for f in range(len(faces)):
         i = faces[f, 0]
         sides, flat = sides_of(vertices, i, faces[f, 1], faces[f, 2])
         x, y, z = eye[0] - vertices[i, 0], eye[1] - vertices[i, 1], eye[2] - vertices[i, 2]
         toward = sides[9] * x + sides[10] * y + sides[11] * z
-        if not flat:
-            turned[f] = 1 if toward > 0.0 else -1
+        turned[f] = 1 if toward > 0.0 and not flat else -1
     return turned
 
 

@@ -201,14 +201,18 @@ class View:
         from ncmodel.lines import polygonal_outlines as outlines
 
         whole, camera = self.surface.whole, self.camera
+        parted = whole is not self.surface
         boundaries = self.visible(LineFamily.BOUNDARIES, sample_pixels)
-        creases = [] if whole is self.surface else [self.visible(LineFamily.CREASES, sample_pixels)]
+        creases = [self.visible(LineFamily.CREASES, sample_pixels)] if parted else []
+        shortest = outlines.SHORTEST_BETWEEN_CREASES if parted else outlines.SHORTEST_PIXELS
         shape = outlines.Polygons(whole.mesh.vertices, whole.faces, whole.rings, whole.scene)
         with timed(self.trace, "polygonal_outlines"):
             folds = outlines.visible_folds(shape, camera, sample_pixels)
-            contours = outlines.along(contours, [folds, boundaries], camera)
-            missing = outlines.missing_outlines(folds, [contours, boundaries, *creases], whole.scene, camera)
-        return outlines.joined(contours, missing)
+            contours, doubtful = outlines.along(contours, [folds, boundaries], camera)
+            drawn = [contours, boundaries, *creases]
+            missing = outlines.missing_outlines(folds, drawn, whole.scene, camera, shortest)
+            doubtful = outlines.apart(doubtful, missing, camera)
+        return outlines.joined(outlines.joined(contours, doubtful), missing)
 
 
 def _contours(view: View) -> LineSet:
