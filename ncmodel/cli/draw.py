@@ -65,7 +65,7 @@ def draw(
         Path | None, typer.Option(help="Checkpoint that chooses families and thresholds, and adds lines of its own.")
     ] = None,
     preset: Annotated[
-        str, typer.Option(help="draft, balanced or accurate; matters with --model and in large pictures.")
+        str, typer.Option(help="instant, draft, balanced or accurate; matters with --model and in large pictures.")
     ] = "balanced",
     suffix: Annotated[
         str | None, typer.Option("--format", help="svg, png or pdf: write to a folder, even one mesh (default svg).")

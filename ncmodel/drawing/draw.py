@@ -54,7 +54,7 @@ class Detail:
     tolerance: float = 0.25
 
 
-PRESETS = {"draft": Detail(4.0, 0.5), "balanced": Detail(), "accurate": Detail(0.5, 0.05)}
+PRESETS = {"instant": Detail(4.0, 0.5), "draft": Detail(4.0, 0.5), "balanced": Detail(), "accurate": Detail(0.5, 0.05)}
 BALANCED = PRESETS["balanced"]
 
 
@@ -62,7 +62,7 @@ class Chooser(Protocol):
     """What plans a drawing of a view: a trained model."""
 
     def choose(self, view: View, *, budget: str, families: Sequence[LineFamily]) -> Plan:
-        """The plan, of contours, boundaries and those of the filtered `families` that it likes."""
+        """The plan, of contours, boundaries and those of `families` that it likes."""
 
 
 def draw(
@@ -92,8 +92,8 @@ def draw(
         thresholds: rtsc's defaults unless given, for those that {"suggestive": 0.02} or "suggestive=0.02" doesn't name,
             too; a model finds its own.
         model: Chooses thresholds and families, and adds the lines of its image branch.
-        preset: "draft", "balanced" or "accurate": how densely visibility is sampled, how closely strokes follow the
-            lines, and how thoroughly a model searches.
+        preset: "instant", "draft", "balanced" or "accurate": how densely visibility is sampled, how closely strokes
+            follow the lines, and how thoroughly a model searches.
         azimuth: Degrees round the shape from its front, without a camera.
         elevation: Degrees above the ground, without a camera.
         size: (width, height) in pixels, or both in one, without a camera.
@@ -208,10 +208,11 @@ def _detail(preset: str, tolerance: float | None) -> Detail:
 def _chosen(model: Chooser, view: View, preset: str, asked: tuple[LineFamily, ...] | None) -> Plan:
     """What a model draws, of the families asked for."""
     allowed = asked if asked is not None else tuple(LineFamily)
-    plan = model.choose(view, budget=preset, families=[f for f in FILTERED_FAMILIES if f in allowed])
-    # Creases are no part of what a model can weigh; they are drawn if somebody wants them.
-    wanted = (LineFamily.CREASES,) if asked is not None and LineFamily.CREASES in asked else ()
-    return replace(plan, families=tuple(family for family in plan.families if family in allowed) + wanted)
+    plan = model.choose(view, budget=preset, families=allowed)
+    chosen = tuple(family for family in plan.families if family in allowed)
+    # Creases are no part of what every model can weigh; they are drawn if somebody wants them.
+    wanted = {LineFamily.CREASES} & set(asked or ()) - set(chosen)
+    return replace(plan, families=(*chosen, *wanted))
 
 
 def _surface(shape: Mesh | Surface | str | Path, up: str, eye: tuple[float, float, float] | None) -> Surface:
