@@ -217,10 +217,9 @@ def _samples(points: Floats, camera: Camera) -> tuple[Floats, Floats, Floats]:
 
 def _depth(scene: RayScene, camera: Camera, pixels: Floats) -> Floats:
     """(N,) depth along the optical axis of what is seen at (N, 2) pixels."""
-    across = (pixels - [camera.width / 2, camera.height / 2]) * [1.0, -1.0] / camera.focal_pixels
-    rays = np.column_stack([across, np.full(len(pixels), -1.0)]) @ camera.rotation
-    distance, face = scene.first_hit(np.asarray(camera.eye), rays)
-    return np.where(face >= 0, distance / np.linalg.norm(rays, axis=1), BACKGROUND)
+    rays = camera.rays(pixels)
+    away, face = scene.first_hit(np.asarray(camera.eye), rays)
+    return np.where(face >= 0, away / np.linalg.norm(rays, axis=1), BACKGROUND)
 
 
 def _share(chosen: Mask | Floats, weight: Floats, empty: float = 1.0) -> float:

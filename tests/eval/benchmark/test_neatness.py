@@ -22,10 +22,7 @@ from ncmodel.mesh.load import make_mesh
 from ncmodel.scene.surface import Surface
 from ncmodel.types import LineFamily, Mask, Stroke
 from tests.helpers.dirty import box
-
-
-def stroke(*points: tuple[float, float], family: str = "contours", alpha: float = 1.0) -> Stroke:
-    return Stroke(family, np.array(points, dtype=np.float64), np.full(len(points), alpha))
+from tests.helpers.strokes import stroke
 
 
 def circle(centre: float, radius: float, start: float = 0.0, end: float = 360.0, family: str = "contours") -> Stroke:
