@@ -72,7 +72,7 @@ def gearwheel(rng: np.random.Generator) -> Surface:
         work.cut(slab((0, 0, bore), (0.3 * bore, 2, 0.35 * bore)), blend=0.012)
         if lift > half + 0.12:
             work.cut(drum((0, half + 0.5 * (lift - half), 0), (1, half + 0.5 * (lift - half), 0), 0.035), blend=0.01)
-    return tumbled(work.mesh(face_budget(rng, 14000, 50000)), rng)
+    return tumbled(work.mesh(face_budget(rng, 7000, 28000), finer=3.5), rng)
 
 
 def housing(rng: np.random.Generator) -> Surface:
@@ -132,7 +132,7 @@ def housing(rng: np.random.Generator) -> Surface:
     _marks(work, rng, np.array([offset, middle[1], middle[2] + body[2]]), body)
     if rng.random() < 0.5:
         work.cut(slab((0, 0, 0), (0.5 * long, 0.4 * foot, 2)), blend=0.02)
-    return tumbled(work.mesh(face_budget(rng, 14000, 50000)), rng)
+    return tumbled(work.mesh(face_budget(rng, 7000, 28000), finer=3.5), rng)
 
 
 def _marks(work: Sculpture, rng: np.random.Generator, at: Floats, half: Floats) -> None:
@@ -200,7 +200,7 @@ def fitting(rng: np.random.Generator) -> Surface:
             work.add(ellipsoid(0.94 * axis, 0.1), blend=0.02)
         else:
             work.add(limb([0.9 * axis, 0.93 * axis + 0.4 * UP, 0.98 * axis + 0.9 * UP], [0.07, 0.05, 0.065], 0.6), blend=0.02)
-    return tumbled(work.mesh(face_budget(rng, 14000, 45000)), rng)
+    return tumbled(work.mesh(face_budget(rng, 7000, 28000), finer=3.5), rng)
 
 
 def tool(rng: np.random.Generator) -> Surface:
@@ -248,5 +248,5 @@ def tool(rng: np.random.Generator) -> Surface:
                 work.cut(slab((0.2 * side, 0.02, -0.35 + 0.07 * k), (0.05, 0.09, 0.015), 0.01), blend=0.008)
         for y in (-0.12, 0.12):
             work.cut(limb([(-0.3, y, -0.4), (-0.3, 0.6 * y, 0.1)], 0.1), blend=0.03)
-    return tumbled(work.mesh(face_budget(rng, 10000, 36000)), rng)
+    return tumbled(work.mesh(face_budget(rng, 6000, 22000), finer=3.5), rng)
 

@@ -61,8 +61,16 @@ class Sculpture:
         """Raise (or lower) the surface by a pattern of heights, fading out over `falloff` at a region's border."""
         self.steps.append(_Step("press", region, falloff, height))
 
-    def mesh(self, faces: int) -> Surface:
-        """The sculpture's surface in about so many faces of even size."""
+    def mesh(self, faces: int, finer: float = 1.0) -> Surface:
+        """The sculpture's surface in about so many faces.
+
+        Args:
+            faces: How many.
+            finer: Over 1, it is meshed in so many times as many faces of even size, which are then merged where they
+                are flat: for edges that are crisp.
+        """
+        if finer > 1.0:
+            return decimated(self.mesh(round(finer * faces)), faces)
         added = [step.part for step in self.steps if step.kind == "add"]
         low, high = np.min([part.low for part in added], axis=0), np.max([part.high for part in added], axis=0)
         size = high - low
@@ -91,6 +99,17 @@ class Sculpture:
             worked = _worked(step, values[box].ravel(), points, cell)
             values[box] = worked.reshape(values[box].shape)
         return np.clip(values, -BAND, BAND), origin
+
+
+def decimated(surface: Surface, faces: int) -> Surface:
+    """A surface in fewer faces, large where it is flat (quadric edge collapse)."""
+    from fast_simplification import simplify
+
+    vertices, triangles = surface
+    if len(triangles) <= faces:
+        return surface
+    kept, corners = simplify(vertices.astype(np.float32), triangles.astype(np.int32), target_count=faces, agg=4.0)
+    return kept.astype(np.float64), corners.astype(np.int64)
 
 
 def _worked(step: _Step, before: NDArray[np.float32], points: Floats, cell: float) -> Floats:
