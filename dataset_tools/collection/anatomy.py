@@ -3,6 +3,8 @@
 Each works on a sculpture at a place whose z looks forward and whose y points up.
 """
 
+import itertools
+
 import numpy as np
 
 from dataset_tools.modelling.fields import Place, ellipsoid, frame, limb, ripples
@@ -79,7 +81,10 @@ def toes(work: Sculpture, place: Place, count: int, width: float, length: float,
         size = place.scale * width / count * (1.25 - 0.15 * t * t)
         start = place.at(0.55 * width * t, 0.0, 0.0)
         end = place.at(0.8 * width * t, -0.2 * width, length * (1 - 0.2 * t * t))
-        work.add(limb([start, 0.5 * (start + end) + [0, 0.25 * size, 0], end], [size, 1.05 * size, 0.85 * size]), blend=0.2 * size)
+        work.add(
+            limb([start, 0.5 * (start + end) + [0, 0.25 * size, 0], end], [size, 1.05 * size, 0.85 * size]),
+            blend=0.2 * size,
+        )
         if clawed:
             claw = [end, place.at(0.85 * width * t, -0.35 * width, length * 1.35)]
             work.add(limb(claw, [0.45 * size, 0.12 * size]), blend=0.05 * size)
@@ -89,7 +94,7 @@ def finger(work: Sculpture, path: Floats, radius: float, nail: Floats, blend: fl
     """A finger along its joints, knuckles thicker than what is between, with a nail on the side of `nail`."""
     bones = [path[0]]
     radii = [1.05]
-    for a, b in zip(path[:-1], path[1:], strict=True):
+    for a, b in itertools.pairwise(path):
         bones += [0.5 * (a + b), b]
         radii += [0.92, 1.0]
     radii[-1] = 0.78
@@ -102,4 +107,6 @@ def finger(work: Sculpture, path: Floats, radius: float, nail: Floats, blend: fl
         groove(work, np.array(crease), 0.13 * radius, 0.1 * radius)
     tip = path[-1] - path[-2]
     axes = np.stack([np.cross(nail, tip / np.linalg.norm(tip)), nail, tip / np.linalg.norm(tip)])
-    work.add(ellipsoid(path[-1] + 0.62 * radius * nail, np.array([0.55, 0.22, 0.75]) * radius, axes), blend=0.05 * radius)
+    work.add(
+        ellipsoid(path[-1] + 0.62 * radius * nail, np.array([0.55, 0.22, 0.75]) * radius, axes), blend=0.05 * radius
+    )

@@ -34,7 +34,10 @@ def quadruped(rng: np.random.Generator) -> Surface:
     rise = rng.uniform(0.15, 1.15)
     poll = chest + neck * np.array([0.35 * np.sin(turn), np.sin(rise), np.cos(rise)]) + [0, 0.3 * girth, 0.25 * girth]
     middle = (chest + poll) / 2 + [0.0, rng.uniform(-0.04, 0.08), rng.uniform(-0.02, 0.06)]
-    work.add(limb([chest + [0, 0.2 * girth, 0.1 * girth], middle, poll], [0.8 * girth, 0.75 * scale, 0.75 * scale]), blend=0.12)
+    work.add(
+        limb([chest + [0, 0.2 * girth, 0.1 * girth], middle, poll], [0.8 * girth, 0.75 * scale, 0.75 * scale]),
+        blend=0.12,
+    )
     _quadruped_head(work, rng, Place(poll, frame(turn, nod), scale))
     _tail(work, rng, rump + [0, 0.35 * girth, -0.7 * girth], girth)
     if rng.random() < 0.35:
@@ -43,7 +46,9 @@ def quadruped(rng: np.random.Generator) -> Surface:
     return warped(work.mesh(face_budget(rng)), rng, 0.025)
 
 
-def _quadruped_legs(work: Sculpture, rng: np.random.Generator, rump: np.ndarray, chest: np.ndarray, girth: float) -> None:
+def _quadruped_legs(
+    work: Sculpture, rng: np.random.Generator, rump: np.ndarray, chest: np.ndarray, girth: float
+) -> None:
     thick = girth * rng.uniform(0.24, 0.42)
     hoofed, count = rng.random() < 0.4, int(rng.integers(3, 5))
     sit = rng.random() < 0.15
@@ -79,11 +84,16 @@ def _quadruped_head(work: Sculpture, rng: np.random.Generator, place: Place) -> 
     jaw = [(0, -0.45, 0.1), (0, drop - 0.4, 0.45 + 0.5 * muzzle), (0, drop - 0.42, 0.4 + 0.92 * muzzle)]
     work.add(limb(place.along(jaw), s * np.array([0.4, 0.7 * wide, 0.55 * wide])), blend=0.12 * s)
     front = 0.5 + muzzle + 0.8 * wide
-    work.add(ellipsoid(place.at(0, drop + 0.3 * wide, front - 0.1), s * wide * np.array([0.55, 0.42, 0.4])), blend=0.06 * s)
+    work.add(
+        ellipsoid(place.at(0, drop + 0.3 * wide, front - 0.1), s * wide * np.array([0.55, 0.42, 0.4])), blend=0.06 * s
+    )
     for side in SIDES:
         lip = [(0.1 * side * wide, drop - 0.45 * wide, front), (side * wide, drop - 0.35 * wide, 0.5 + muzzle)]
         groove(work, place.along([*lip, (side * 0.95 * wide, drop - 0.15, 0.5 + 0.35 * muzzle)]), 0.07 * s, 0.06 * s)
-        work.cut(ellipsoid(place.at(0.28 * side * wide, drop + 0.3 * wide, front + 0.22 * wide), 0.15 * s * wide), blend=0.05 * s)
+        work.cut(
+            ellipsoid(place.at(0.28 * side * wide, drop + 0.3 * wide, front + 0.22 * wide), 0.15 * s * wide),
+            blend=0.05 * s,
+        )
         if rng.random() < 0.6:
             eye(work, Place(place.at(0, 0, 0), frame(0.6 * side) @ place.axes, s), side, 0.2, 0.3, 0.92, 0.2)
         else:
@@ -97,7 +107,11 @@ def _quadruped_head(work: Sculpture, rng: np.random.Generator, place: Place) -> 
     if rng.random() < 0.3:
         curl, reach = rng.uniform(-0.6, 1.0), rng.uniform(0.8, 2.0)
         for side in SIDES:
-            path = [(0.3 * side, 0.75, 0.1), (0.45 * side, 0.8 + 0.4 * reach, -0.1), (0.55 * side + 0.4 * curl * side, 0.75 + 0.7 * reach, -0.3 - 0.4 * reach)]
+            path = [
+                (0.3 * side, 0.75, 0.1),
+                (0.45 * side, 0.8 + 0.4 * reach, -0.1),
+                (0.55 * side + 0.4 * curl * side, 0.75 + 0.7 * reach, -0.3 - 0.4 * reach),
+            ]
             horn(work, place.along(path), 0.2 * s, int(rng.integers(0, 8)))
 
 
@@ -121,7 +135,9 @@ def bird(rng: np.random.Generator) -> Surface:
     neck = rng.uniform(0.12, 0.55)
     poll = body.at(rng.uniform(-0.1, 0.1), 0.6 * plump + neck, 0.36 + 0.2 * neck)
     sweep = (body.at(0, 0.1, 0.3) + poll) / 2 + [0, 0, rng.uniform(-0.05, 0.1)]
-    work.add(limb([body.at(0, 0.1, 0.25), sweep, poll], [0.75 * plump, 0.8 * head_scale, 0.75 * head_scale]), blend=0.12)
+    work.add(
+        limb([body.at(0, 0.1, 0.25), sweep, poll], [0.75 * plump, 0.8 * head_scale, 0.75 * head_scale]), blend=0.12
+    )
     place = Place(poll, frame(rng.uniform(-0.9, 0.9), rng.uniform(-0.2, 0.3)), head_scale)
     work.add(ellipsoid(place.at(0, 0.1, 0.1), head_scale * np.array([0.9, 0.95, 1.05]), place.axes), blend=0.08)
     bill, hook, wide = rng.uniform(0.7, 2.6), rng.uniform(0.0, 0.5), rng.uniform(0.2, 0.42)
@@ -165,9 +181,19 @@ def _wing(work: Sculpture, rng: np.random.Generator, body: Place, side: float, p
     for count, reach, up in rows:
         for t in np.linspace(0, 1, count):
             root = shoulder + t * (wrist - shoulder) + up * np.array([0.6 * side, 0.5, 0.1])
-            back = body.at(side * (0.03 + 0.5 * spread * t), -0.25 * plump * (1 - t) * (spread == 0), -reach * (0.75 + 0.45 * t))
+            back = body.at(
+                side * (0.03 + 0.5 * spread * t), -0.25 * plump * (1 - t) * (spread == 0), -reach * (0.75 + 0.45 * t)
+            )
             tip = root + back - body.origin
-            work.add(limb([root, 0.5 * (root + tip) + [0.03 * side, 0.02, 0], tip], [0.07, 0.075, 0.035], 0.35, frame(0, 0, 0.9 * side * (spread == 0))), blend=0.004)
+            work.add(
+                limb(
+                    [root, 0.5 * (root + tip) + [0.03 * side, 0.02, 0], tip],
+                    [0.07, 0.075, 0.035],
+                    0.35,
+                    frame(0, 0, 0.9 * side * (spread == 0)),
+                ),
+                blend=0.004,
+            )
 
 
 def fish(rng: np.random.Generator) -> Surface:
@@ -194,15 +220,45 @@ def fish(rng: np.random.Generator) -> Surface:
         place = Place(spine[1] + [0, 0.15 * tall, 0.0], frame(0.2 * side), 1.0)
         button_eye(work, place, side, thin * 0.62, 0.0, 0.02, tall * rng.uniform(0.14, 0.24))
         gill = spine[2] + np.array([side * thin, 0.0, -0.02])
-        arc = [gill + [-0.15 * side * thin, 0.55 * tall, 0.05], gill + [0, 0.2 * tall, -0.06], gill + [0, -0.2 * tall, -0.06], gill + [-0.2 * side * thin, -0.6 * tall, 0.08]]
+        arc = [
+            gill + [-0.15 * side * thin, 0.55 * tall, 0.05],
+            gill + [0, 0.2 * tall, -0.06],
+            gill + [0, -0.2 * tall, -0.06],
+            gill + [-0.2 * side * thin, -0.6 * tall, 0.08],
+        ]
         groove(work, np.array(arc), 0.018, 0.015)
-        mouth = [snout + [0, -0.02, 0.28 * tall], snout + [0.6 * side * thin * taper[0], -0.05, 0.1 * tall], snout + [0.75 * side * thin * taper[1], -0.3 * tall, -0.1]]
+        mouth = [
+            snout + [0, -0.02, 0.28 * tall],
+            snout + [0.6 * side * thin * taper[0], -0.05, 0.1 * tall],
+            snout + [0.75 * side * thin * taper[1], -0.3 * tall, -0.1],
+        ]
         groove(work, np.array(mouth), 0.016, 0.015)
         root = spine[3] + np.array([side * thin * 0.85, -0.35 * tall, 0.05])
-        _fin(work, rng, root, root + [0, -0.12, -0.03], np.array([side * 0.22, -0.12, -0.3]), np.array([side * 0.18, -0.2, -0.16]))
+        _fin(
+            work,
+            rng,
+            root,
+            root + [0, -0.12, -0.03],
+            np.array([side * 0.22, -0.12, -0.3]),
+            np.array([side * 0.18, -0.2, -0.16]),
+        )
     size = rng.uniform(0.15, 0.4)
-    _fin(work, rng, spine[2] + [0, 0.8 * tall, 0], spine[5] + [0, 0.5 * tall, 0], np.array([0, size, -0.12]), np.array([0, 0.4 * size, -0.15]))
-    _fin(work, rng, spine[4] + [0, -0.75 * tall, 0], spine[5] + [0, -0.5 * tall, 0], np.array([0, -0.7 * size, -0.12]), np.array([0, -0.3 * size, -0.12]))
+    _fin(
+        work,
+        rng,
+        spine[2] + [0, 0.8 * tall, 0],
+        spine[5] + [0, 0.5 * tall, 0],
+        np.array([0, size, -0.12]),
+        np.array([0, 0.4 * size, -0.15]),
+    )
+    _fin(
+        work,
+        rng,
+        spine[4] + [0, -0.75 * tall, 0],
+        spine[5] + [0, -0.5 * tall, 0],
+        np.array([0, -0.7 * size, -0.12]),
+        np.array([0, -0.3 * size, -0.12]),
+    )
     fork = rng.uniform(0.2, 0.45)
     for up in SIDES:
         end = np.array([-0.3 * bend, up * fork, -rng.uniform(0.3, 0.5)])
@@ -210,7 +266,9 @@ def fish(rng: np.random.Generator) -> Surface:
     return warped(work.mesh(face_budget(rng, 10000, 40000)), rng, 0.02)
 
 
-def _fin(work: Sculpture, rng: np.random.Generator, start: np.ndarray, end: np.ndarray, first: np.ndarray, last: np.ndarray) -> None:
+def _fin(
+    work: Sculpture, rng: np.random.Generator, start: np.ndarray, end: np.ndarray, first: np.ndarray, last: np.ndarray
+) -> None:
     """A fin of rays, from where it begins to where it ends, its first and its last ray."""
     for t in np.linspace(0, 1, int(rng.integers(5, 9))):
         root, ray = start + t * (end - start), first + t * (last - first)
@@ -224,17 +282,33 @@ def insect(rng: np.random.Generator) -> Surface:
     segments = int(rng.integers(2, 4))
     z, parts = 0.0, []
     for k in range(segments):
-        radii = np.array([rng.uniform(0.16, 0.3), rng.uniform(0.13, 0.24), rng.uniform(0.2, 0.38)]) * (1.3 if k == 0 else 0.85)
+        radii = np.array([rng.uniform(0.16, 0.3), rng.uniform(0.13, 0.24), rng.uniform(0.2, 0.38)]) * (
+            1.3 if k == 0 else 0.85
+        )
         z += radii[2] * (0.0 if k == 0 else 0.85)
         parts.append((np.array([0.03 * rng.normal(), 0.32 + 0.02 * rng.normal(), z]), radii))
         work.add(ellipsoid(*parts[-1], frame(0.1 * rng.normal(), 0.1 * rng.normal())), blend=0.03)
         z += radii[2] * 0.8
     back, radii = parts[0]
     if rng.random() < 0.6:
-        groove(work, np.array([back + [0, radii[1], radii[2] * 0.7], back + [0, 1.02 * radii[1], 0], back + [0, 0.5 * radii[1], -radii[2] * 0.95]]), 0.018, 0.015)
+        groove(
+            work,
+            np.array(
+                [
+                    back + [0, radii[1], radii[2] * 0.7],
+                    back + [0, 1.02 * radii[1], 0],
+                    back + [0, 0.5 * radii[1], -radii[2] * 0.95],
+                ]
+            ),
+            0.018,
+            0.015,
+        )
     for t in np.linspace(-0.6, 0.6, int(rng.integers(0, 6))):
         reach = np.sqrt(1 - t * t)
-        arc = [back + [radii[0] * reach * np.sin(a) * 1.02, radii[1] * reach * np.cos(a) * 1.02, t * radii[2]] for a in np.linspace(-1.6, 1.6, 7)]
+        arc = [
+            back + [radii[0] * reach * np.sin(a) * 1.02, radii[1] * reach * np.cos(a) * 1.02, t * radii[2]]
+            for a in np.linspace(-1.6, 1.6, 7)
+        ]
         groove(work, np.array(arc), 0.015, 0.012)
     thorax, wide = parts[min(1, segments - 1)]
     for k in range(pairs := int(rng.integers(3, 5))):
@@ -249,13 +323,28 @@ def insect(rng: np.random.Generator) -> Surface:
     head, size = parts[-1]
     for side in SIDES:
         button_eye(work, Place(head), side, 0.7 * size[0], 0.4 * size[1], 0.6 * size[2], rng.uniform(0.045, 0.09))
-        feeler = [head + [0.3 * side * size[0], 0.5 * size[1], 0.8 * size[2]], head + [side * 0.25, 0.3, size[2] + 0.15], head + [side * 0.4, 0.25 + 0.1 * rng.normal(), size[2] + 0.4]]
+        feeler = [
+            head + [0.3 * side * size[0], 0.5 * size[1], 0.8 * size[2]],
+            head + [side * 0.25, 0.3, size[2] + 0.15],
+            head + [side * 0.4, 0.25 + 0.1 * rng.normal(), size[2] + 0.4],
+        ]
         work.add(limb(feeler, [0.028, 0.02, 0.022]), blend=0.02)
-        arm = [head + [0.6 * side * size[0], -0.1, 0.6 * size[2]], head + [side * 0.28, -0.12, size[2] + 0.12], head + [side * 0.06, -0.12, size[2] + 0.32]]
+        arm = [
+            head + [0.6 * side * size[0], -0.1, 0.6 * size[2]],
+            head + [side * 0.28, -0.12, size[2] + 0.12],
+            head + [side * 0.06, -0.12, size[2] + 0.32],
+        ]
         work.add(limb(arm, [0.06, 0.05, 0.02]), blend=0.03)
     if rng.random() < 0.5:
-        path = [back + [0, 0.2 * radii[1], -0.9 * radii[2]], back + [0.05, 0.3, -radii[2] - 0.3], back + [0.1 * rng.normal(), 0.65, -radii[2] - 0.15], back + [0.1 * rng.normal(), 0.7, -radii[2] + 0.15]]
+        path = [
+            back + [0, 0.2 * radii[1], -0.9 * radii[2]],
+            back + [0.05, 0.3, -radii[2] - 0.3],
+            back + [0.1 * rng.normal(), 0.65, -radii[2] - 0.15],
+            back + [0.1 * rng.normal(), 0.7, -radii[2] + 0.15],
+        ]
         for a, b in zip(np.linspace(0, 0.85, 6), np.linspace(0.15, 1.0, 6), strict=True):
-            knots = np.array([[np.interp(t * 3, range(4), np.array(path)[:, d]) for d in range(3)] for t in (a, (a + b) / 2, b)])
+            knots = np.array(
+                [[np.interp(t * 3, range(4), np.array(path)[:, d]) for d in range(3)] for t in (a, (a + b) / 2, b)]
+            )
             work.add(limb(knots, 0.1 * np.array([1.0, 1.15, 0.9]) * (1 - 0.6 * a)), blend=0.006)
     return warped(work.mesh(face_budget(rng, 12000, 40000)), rng, 0.03)

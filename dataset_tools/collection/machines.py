@@ -30,7 +30,7 @@ def tumbled(surface: Surface, rng: np.random.Generator) -> Surface:
 
 
 def gearwheel(rng: np.random.Generator) -> Surface:
-    """A toothed wheel, spur or helical, a sprocket or a pinion on a shaft: hub, bore, keyway, web with holes or spokes."""
+    """A toothed wheel, spur or helical, a sprocket or a pinion on a shaft: hub, keyway, web with holes or spokes."""
     work = Sculpture()
     teeth, half = int(rng.integers(9, 30)), rng.uniform(0.08, 0.35)
     tall, lean = rng.uniform(0.5, 0.8) * 5.0 / teeth, rng.uniform(0.3, 0.6)
@@ -39,7 +39,14 @@ def gearwheel(rng: np.random.Generator) -> Surface:
     foot, tip = 0.62 * pitch * root, lean * pitch
     twist = rng.uniform(-0.8, 0.8) if rng.random() < 0.35 else 0.0
     round_tip = rng.random() < 0.3
-    tooth = [(-foot, root - 0.1), (-0.9 * foot, root), (-tip, 1 + 0.45 * tall), (tip, 1 + 0.45 * tall), (0.9 * foot, root), (foot, root - 0.1)]
+    tooth = [
+        (-foot, root - 0.1),
+        (-0.9 * foot, root),
+        (-tip, 1 + 0.45 * tall),
+        (tip, 1 + 0.45 * tall),
+        (0.9 * foot, root),
+        (foot, root - 0.1),
+    ]
     if round_tip:
         tooth[2:4] = [(-1.3 * tip, 1.0), (-0.5 * tip, 1 + 0.4 * tall), (0.5 * tip, 1 + 0.4 * tall), (1.3 * tip, 1.0)]
     flat_on = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])  # the outline's y runs outwards along z
@@ -52,7 +59,12 @@ def gearwheel(rng: np.random.Generator) -> Surface:
     sunk = half * rng.uniform(0.3, 0.8)
     if rim > hub + 0.15:
         for sign in (-1.0, 1.0):
-            outline = [(hub, sign * (half - sunk)), (rim, sign * (half - sunk)), (rim + 0.03, sign * (half + 0.1)), (hub - 0.02, sign * (half + 0.1))]
+            outline = [
+                (hub, sign * (half - sunk)),
+                (rim, sign * (half - sunk)),
+                (rim + 0.03, sign * (half + 0.1)),
+                (hub - 0.02, sign * (half + 0.1)),
+            ]
             work.cut(turned(outline), blend=0.04)
         holes, middle = int(rng.integers(3, 8)), (hub + rim) / 2
         size = min(0.42 * (rim - hub), 0.8 * np.pi * middle / holes)
@@ -60,7 +72,13 @@ def gearwheel(rng: np.random.Generator) -> Surface:
             work.cut(repeated(drum((0, -1, middle), (0, 1, middle), 0.85 * size), holes), blend=0.025)
         elif rng.random() < 0.6:
             sector = limb([(-0.55 * size, 0, middle), (0, 0, middle + 0.06), (0.55 * size, 0, middle)], 0.6 * size)
-            work.cut(repeated(Part(lambda p: sector.distance(p * [1, 0, 1]), sector.low - [0, 1, 0], sector.high + [0, 1, 0]), holes), blend=0.025)
+            work.cut(
+                repeated(
+                    Part(lambda p: sector.distance(p * [1, 0, 1]), sector.low - [0, 1, 0], sector.high + [0, 1, 0]),
+                    holes,
+                ),
+                blend=0.025,
+            )
         else:
             work.add(repeated(slab((0, 0, middle), (0.04, 0.8 * half, 0.55 * (rim - hub)), 0.02), holes), blend=0.03)
     work.add(drum(-other * UP, lift * UP, hub, 0.02), blend=0.03)
@@ -76,7 +94,7 @@ def gearwheel(rng: np.random.Generator) -> Surface:
 
 
 def housing(rng: np.random.Generator) -> Surface:
-    """A cast or milled part: foot with holes, block or barrel, bosses, gussets, fins, bores with steps, engraved marks."""
+    """A cast or milled part: foot, block or barrel, bosses, gussets, fins, stepped bores, engraved marks."""
     work = Sculpture()
     long, deep, foot = rng.uniform(0.7, 1.1), rng.uniform(0.4, 0.7), rng.uniform(0.06, 0.1)
     fillet = rng.uniform(0.03, 0.07)
@@ -88,13 +106,25 @@ def housing(rng: np.random.Generator) -> Surface:
     if rng.random() < 0.45:
         radius = 0.62 * high
         axis_height = foot + radius * 0.95
-        work.add(drum((offset - body[0], axis_height, middle[2]), (offset + body[0], axis_height, middle[2]), radius, 0.03), blend=fillet)
-        work.add(slab((offset, foot + 0.4 * radius, middle[2]), (0.9 * body[0], 0.5 * radius, 0.9 * radius), 0.03), blend=fillet)
+        work.add(
+            drum((offset - body[0], axis_height, middle[2]), (offset + body[0], axis_height, middle[2]), radius, 0.03),
+            blend=fillet,
+        )
+        work.add(
+            slab((offset, foot + 0.4 * radius, middle[2]), (0.9 * body[0], 0.5 * radius, 0.9 * radius), 0.03),
+            blend=fillet,
+        )
         for sign in (-1.0, 1.0):
             end = np.array([offset + sign * body[0], axis_height, middle[2]])
             flange = Place(end, frame(0, 0, np.pi / 2))
             work.add(drum(end - [0.05, 0, 0], end + [0.05, 0, 0], 1.22 * radius, 0.015), blend=0.02)
-            work.cut(placed(repeated(drum((0, -0.2, 1.1 * radius), (0, 0.2, 1.1 * radius), 0.035), int(rng.integers(5, 11))), flange), blend=0.01)
+            work.cut(
+                placed(
+                    repeated(drum((0, -0.2, 1.1 * radius), (0, 0.2, 1.1 * radius), 0.035), int(rng.integers(5, 11))),
+                    flange,
+                ),
+                blend=0.01,
+            )
         bore, axis_at = 0.7 * radius, np.array([offset, axis_height, middle[2]])
         across = np.array([1.0, 0, 0])
     else:
@@ -179,15 +209,21 @@ def fitting(rng: np.random.Generator) -> Surface:
             work.add(drum((0, end, 0), (0, end + 0.3 * sign, 0), 0.97 * radius, 0.03), blend=0.01)
         else:
             for y in np.linspace(0.4, 1.0, int(rng.integers(3, 6))) * end:
-                barb = [(0, y - 0.06), (0.85 * radius, y - 0.06), (1.18 * radius, y - 0.05 * sign), (0.9 * radius, y + 0.06), (0, y + 0.06)]
+                barb = [
+                    (0, y - 0.06),
+                    (0.85 * radius, y - 0.06),
+                    (1.18 * radius, y - 0.05 * sign),
+                    (0.9 * radius, y + 0.06),
+                    (0, y + 0.06),
+                ]
                 work.add(turned(barb), blend=0.015)
     swing = rng.uniform(-0.5, 0.5)
     side = np.array([0.0, np.sin(swing), np.cos(swing)])
     length = rng.uniform(0.6, 0.95)
     work.add(drum(0 * side, length * side, 0.75 * radius, 0.02), blend=0.1)
     work.add(drum((length - 0.1) * side, length * side, 1.1 * radius, 0.02), blend=0.03)
-    for sign in (UP, -UP, side):
-        work.cut(drum(0.3 * sign, 2 * sign, 0.62 * (0.75 if sign is side else 1.0) * radius), blend=0.015)
+    for way, share in ((UP, 0.62), (-UP, 0.62), (side, 0.46)):
+        work.cut(drum(0.3 * way, 2 * way, share * radius), blend=0.015)
     if rng.random() < 0.6:
         axis = np.array([1.0, 0.0, 0.0])
         work.add(drum(0 * axis, 0.62 * axis, 0.6 * radius, 0.02), blend=0.06)
@@ -196,10 +232,15 @@ def fitting(rng: np.random.Generator) -> Surface:
             wheel, spokes = rng.uniform(0.3, 0.42), int(rng.integers(3, 7))
             centre = Place(0.92 * axis, frame(0, 0, -np.pi / 2))
             work.add(placed(ring((0, 0, 0), UP, wheel, 0.045), centre))
-            work.add(placed(repeated(limb([(0, 0, 0), (0, 0.02, wheel / 2), (0, 0, wheel)], 0.032), spokes), centre), blend=0.02)
+            work.add(
+                placed(repeated(limb([(0, 0, 0), (0, 0.02, wheel / 2), (0, 0, wheel)], 0.032), spokes), centre),
+                blend=0.02,
+            )
             work.add(ellipsoid(0.94 * axis, 0.1), blend=0.02)
         else:
-            work.add(limb([0.9 * axis, 0.93 * axis + 0.4 * UP, 0.98 * axis + 0.9 * UP], [0.07, 0.05, 0.065], 0.6), blend=0.02)
+            work.add(
+                limb([0.9 * axis, 0.93 * axis + 0.4 * UP, 0.98 * axis + 0.9 * UP], [0.07, 0.05, 0.065], 0.6), blend=0.02
+            )
     return tumbled(work.mesh(face_budget(rng, 7000, 28000), finer=3.5), rng)
 
 
@@ -223,13 +264,19 @@ def tool(rng: np.random.Generator) -> Surface:
         work.add(drum((0, neck, 0.1), (0, neck, 0.38), 0.085), blend=0.03)
         work.add(drum((0, neck, 0.36), (0, neck, 0.5), 0.13, 0.025), blend=0.02)
         for side in (-1.0, 1.0):
-            claw = [(0.04 * side, neck, -0.1), (0.06 * side, neck + 0.04, -0.35), (0.08 * side, neck - rng.uniform(0.05, 0.3), -0.55)]
+            claw = [
+                (0.04 * side, neck, -0.1),
+                (0.06 * side, neck + 0.04, -0.35),
+                (0.08 * side, neck - rng.uniform(0.05, 0.3), -0.55),
+            ]
             work.add(limb(claw, [0.09, 0.065, 0.03]), blend=0.02)
     elif kind == 1:
         size = rng.uniform(0.18, 0.28)
         work.add(slab((0, 0.0, 0), (0.09, neck, 0.035), 0.03), blend=0.02)
         work.add(drum((0, neck + 0.1, -0.06), (0, neck + 0.1, 0.06), size, 0.02), blend=0.05)
-        work.cut(slab((0.02, neck + 0.25, 0), (0.5 * size, 0.22, 1), 0.02, frame(0, 0, rng.uniform(-0.4, 0.4))), blend=0.015)
+        work.cut(
+            slab((0.02, neck + 0.25, 0), (0.5 * size, 0.22, 1), 0.02, frame(0, 0, rng.uniform(-0.4, 0.4))), blend=0.015
+        )
         work.cut(slab((0, 0.1, 0.05), (0.045, 0.5 * neck, 0.025), 0.02), blend=0.015)
         _marks(work, rng, np.array([0.05, 0.05, 0.055]), np.array([0.1, 0.1, 0.1]))
     elif kind == 2:
@@ -249,4 +296,3 @@ def tool(rng: np.random.Generator) -> Surface:
         for y in (-0.12, 0.12):
             work.cut(limb([(-0.3, y, -0.4), (-0.3, 0.6 * y, 0.1)], 0.1), blend=0.03)
     return tumbled(work.mesh(face_budget(rng, 6000, 22000), finer=3.5), rng)
-

@@ -36,10 +36,22 @@ def pot(rng: np.random.Generator, radius: float, high: float) -> Surface:
     sides, kind = 48, int(rng.integers(4))
     angle = np.linspace(0, 2 * np.pi, sides, endpoint=False)
     band = ((profile[:, 1] > 0.1 * high) & (profile[:, 1] < high - rim - 0.02) & (profile[:, 0] > 0.7 * foot))[:, None]
-    pattern = (np.zeros(sides), 0.04 * np.cos(12 * angle), 0.05 * (np.cos(8 * angle) > 0.3), -0.03 * (np.cos(16 * angle) > 0.5))[kind]
-    parts = [lathe(profile, sides, 1 + band * pattern[None, :])]
+    pattern = (
+        np.zeros(sides),
+        0.04 * np.cos(12 * angle),
+        0.05 * (np.cos(8 * angle) > 0.3),
+        -0.03 * (np.cos(16 * angle) > 0.5),
+    )[kind]
+    parts = [lathe(profile, sides, np.asarray(1.0 + band * pattern[None, :], dtype=float))]
     if rng.random() < 0.4:
-        saucer = [(0, -0.04), (1.2 * foot, -0.04), (1.35 * foot, 0.04), (1.28 * foot, 0.04), (1.15 * foot, -0.01), (0, -0.01)]
+        saucer = [
+            (0, -0.04),
+            (1.2 * foot, -0.04),
+            (1.35 * foot, 0.04),
+            (1.28 * foot, 0.04),
+            (1.15 * foot, -0.01),
+            (0, -0.01),
+        ]
         parts.append(lathe(refined(rounded_profile(saucer, 0.01), 0.05), sides))
     return merged(parts)
 
@@ -109,7 +121,9 @@ def flower(rng: np.random.Generator) -> Surface:
         parts.append(pot(rng, rng.uniform(0.18, 0.3), base))
     for _ in range(int(rng.integers(1, 6))):
         yaw, reach, high = rng.uniform(0, 6.3), rng.uniform(0.0, 0.45), rng.uniform(0.7, 1.3)
-        knots = np.array([(0, 0.85 * base, 0), (0.2 * reach, base + 0.5 * high, 0), (reach, base + high, 0)]) @ frame(yaw)
+        knots = np.array([(0, 0.85 * base, 0), (0.2 * reach, base + 0.5 * high, 0), (reach, base + high, 0)]) @ frame(
+            yaw
+        )
         path = smooth_curve(knots, 10)
         parts.append(tube(path, np.linspace(0.022, 0.016, len(path)), 10))
         for k in (5, 9, 13)[: int(rng.integers(1, 4))]:
@@ -122,14 +136,23 @@ def flower(rng: np.random.Generator) -> Surface:
 def _bloom(rng: np.random.Generator) -> list[Surface]:
     """A flower's head, opening along y."""
     heart = rng.uniform(0.04, 0.1)
-    dome = smooth_curve(np.array([(0.3 * heart, -0.06), (heart, 0.0), (0.8 * heart, 0.6 * heart), (0.0, 0.8 * heart)]), 5)
+    dome = smooth_curve(
+        np.array([(0.3 * heart, -0.06), (heart, 0.0), (0.8 * heart, 0.6 * heart), (0.0, 0.8 * heart)]), 5
+    )
     angle = np.linspace(0, 2 * np.pi, 40, endpoint=False)
     parts = [lathe(dome, 40, 1 + 0.06 * np.cos(10 * angle)[None, :] * np.ones((len(dome), 1)))]
     petals, long, wide = int(rng.integers(5, 13)), rng.uniform(0.14, 0.3), rng.uniform(0.25, 0.5)
     for whorl in range(int(rng.integers(1, 4))):
         for k in range(petals):
             axes = frame(0, -rng.uniform(0.1, 0.35) - 0.35 * whorl) @ frame(2 * np.pi * (k + 0.5 * whorl) / petals)
-            petal = leaf(rng, long * (1 - 0.18 * whorl), wide * long * min(1.0, 8 / petals), rng.uniform(-0.5, 0.6), rows=12, columns=7)
+            petal = leaf(
+                rng,
+                long * (1 - 0.18 * whorl),
+                wide * long * min(1.0, 8 / petals),
+                rng.uniform(-0.5, 0.6),
+                rows=12,
+                columns=7,
+            )
             parts.append(moved(petal, 0.6 * heart * axes[2], axes))
     return parts
 
@@ -146,7 +169,14 @@ def tree(rng: np.random.Generator) -> Surface:
         for k in range(tiers):
             y, r = 0.3 + (high - 0.35) * k / tiers, 0.55 * (1 - k / (tiers + 0.6))
             lift = 1.6 * (high - 0.3) / tiers
-            outline = [(0.1 * r, 0.06), (0.6 * r, 0.02), (r, -0.05), (0.95 * r, 0.0), (0.5 * r, 0.45 * lift), (0.02, lift)]
+            outline = [
+                (0.1 * r, 0.06),
+                (0.6 * r, 0.02),
+                (r, -0.05),
+                (0.95 * r, 0.0),
+                (0.5 * r, 0.45 * lift),
+                (0.02, lift),
+            ]
             skirt = refined(rounded_profile(outline, 0.03), 0.06)
             tier = lathe(skirt, len(angle), np.broadcast_to(jag, (len(skirt), len(angle))))
             parts.append(moved(tier, (0.03 * k / tiers, y, 0), frame(rng.uniform(0, 6.3), rng.uniform(-0.08, 0.08))))

@@ -14,7 +14,12 @@ def _silhouette(rng: np.random.Generator) -> Floats:
     high, belly = rng.uniform(1.0, 2.2), rng.uniform(0.35, 0.75)
     foot, neck = belly * rng.uniform(0.35, 0.8), belly * rng.uniform(0.2, 0.8)
     at = rng.uniform(0.25, 0.6)
-    knots = [(foot, 0.0), (foot * rng.uniform(0.8, 1.0), 0.06 * high), (belly, at * high), (0.9 * belly, (at + 0.12) * high)]
+    knots = [
+        (foot, 0.0),
+        (foot * rng.uniform(0.8, 1.0), 0.06 * high),
+        (belly, at * high),
+        (0.9 * belly, (at + 0.12) * high),
+    ]
     knots += [(neck, rng.uniform(0.75, 0.88) * high), (neck * rng.uniform(1.0, 1.7), high)]
     return smooth_curve(np.array(knots), 8)
 
@@ -35,13 +40,21 @@ def _carving(rng: np.random.Generator, profile: Floats, sides: int) -> Floats:
         np.maximum(wave * np.cos(count * np.pi * height * rng.uniform(0.6, 1.5)), 0) ** 0.7,
         np.where((np.floor(12 * height) % 2) == 0, wave, -wave),
     ]
-    return 1.0 + depth * band * patterns[int(rng.integers(len(patterns)))]
+    return np.asarray(1.0 + depth * band * patterns[int(rng.integers(len(patterns)))])
 
 
 def _handle(rng: np.random.Generator, top: Floats, bottom: Floats, bow: float, width: float, flat: float) -> Surface:
     """A handle between two points of radius and height, towards +x."""
     reach = max(top[0], bottom[0]) + bow
-    knots = np.array([(top[0] - 0.03, top[1], 0), (0.5 * (top[0] + reach), top[1] + rng.uniform(0, 0.15), 0), (reach, (top[1] + bottom[1]) / 2 + 0.1, 0), (bottom[0] + 0.4 * bow, bottom[1] - 0.02, 0), (bottom[0] - 0.04, bottom[1], 0)])
+    knots = np.array(
+        [
+            (top[0] - 0.03, top[1], 0),
+            (0.5 * (top[0] + reach), top[1] + rng.uniform(0, 0.15), 0),
+            (reach, (top[1] + bottom[1]) / 2 + 0.1, 0),
+            (bottom[0] + 0.4 * bow, bottom[1] - 0.02, 0),
+            (bottom[0] - 0.04, bottom[1], 0),
+        ]
+    )
     angle = np.linspace(0, 2 * np.pi, 14, endpoint=False)
     section = np.stack([np.cos(angle), flat * np.sin(angle)], axis=1)
     path = smooth_curve(knots, 8)
@@ -55,9 +68,17 @@ def vase(rng: np.random.Generator) -> Surface:
     fine = refined(outside, rng.uniform(0.02, 0.04))
     for _ in range(int(rng.integers(0, 4))):
         place, size = rng.uniform(0.05, 0.97) * fine[-1, 1], rng.uniform(0.015, 0.035)
-        fine = fine + np.stack([rng.choice([-0.8, 1.0]) * size * np.exp(-(((fine[:, 1] - place) / size) ** 2)), np.zeros(len(fine))], 1)
+        fine = fine + np.stack(
+            [rng.choice([-0.8, 1.0]) * size * np.exp(-(((fine[:, 1] - place) / size) ** 2)), np.zeros(len(fine))], 1
+        )
     flutes = _carving(rng, fine, sides)
-    lip = np.array([[fine[-1, 0] + 0.5 * wall, fine[-1, 1] + 0.3 * wall], [fine[-1, 0] + 0.3 * wall, fine[-1, 1] + wall], [fine[-1, 0] - 0.6 * wall, fine[-1, 1] + 0.9 * wall]])
+    lip = np.array(
+        [
+            [fine[-1, 0] + 0.5 * wall, fine[-1, 1] + 0.3 * wall],
+            [fine[-1, 0] + 0.3 * wall, fine[-1, 1] + wall],
+            [fine[-1, 0] - 0.6 * wall, fine[-1, 1] + 0.9 * wall],
+        ]
+    )
     inside = fine[::-3] - [wall, 0.0]
     inside = inside[inside[:, 1] > 0.12 * fine[-1, 1]]
     inside[:, 0] = np.maximum(inside[:, 0], 0.05)
@@ -76,12 +97,29 @@ def vase(rng: np.random.Generator) -> Surface:
         parts.append(moved(_handle(rng, at(top), at(low), bow, width, flat), axes=frame(np.pi * k)))
     if rng.random() < 0.3:
         start, end = at(rng.uniform(0.3, 0.5)), at(1.0) + [rng.uniform(0.15, 0.35), 0.05]
-        knots = np.array([(-start[0] + 0.05, start[1], 0), (-start[0] - 0.18, start[1] + 0.1, 0), (-end[0] + 0.05, end[1] - 0.15, 0), (-end[0] - 0.1, end[1], 0)])
+        knots = np.array(
+            [
+                (-start[0] + 0.05, start[1], 0),
+                (-start[0] - 0.18, start[1] + 0.1, 0),
+                (-end[0] + 0.05, end[1] - 0.15, 0),
+                (-end[0] - 0.1, end[1], 0),
+            ]
+        )
         path = smooth_curve(knots, 9)
         parts.append(tube(path, np.linspace(0.13, 0.06, len(path)), 20))
     if rng.random() < 0.3:
         r = fine[-1, 0]
-        corners = [(0, 0), (r, 0), (1.02 * r, 0.04), (0.7 * r, 0.14), (0.12, 0.2), (0.08, 0.24), (0.13, 0.3), (0.1, 0.37), (0, 0.39)]
+        corners = [
+            (0, 0),
+            (r, 0),
+            (1.02 * r, 0.04),
+            (0.7 * r, 0.14),
+            (0.12, 0.2),
+            (0.08, 0.24),
+            (0.13, 0.3),
+            (0.1, 0.37),
+            (0, 0.39),
+        ]
         parts.append(moved(lathe(refined(rounded_profile(corners, 0.03), 0.03), 48), (0, fine[-1, 1] + wall, 0)))
     spun = moved(merged(parts), axes=frame(rng.uniform(-1.5, 1.5)))
     return warped(spun, rng, rng.uniform(0.0, 0.025))
@@ -94,9 +132,40 @@ def bottle(rng: np.random.Generator) -> Surface:
         radius, high = rng.uniform(0.18, 0.32), rng.uniform(0.5, 1.1)
         neck, cap = radius * rng.uniform(0.3, 0.75), rng.uniform(0.08, 0.2)
         shoulder = high * rng.uniform(0.7, 0.9)
-        corners = [(0, 0.02), (0.8 * radius, 0.0), (radius, 0.03), (radius, 0.2 * high), (0.97 * radius, 0.22 * high), (0.97 * radius, shoulder - 0.1), (radius, shoulder - 0.08), (radius, shoulder)]
-        corners += [(neck, high), (neck, high + 0.05), (1.15 * neck, high + 0.05), (1.15 * neck, high + 0.08), (0.9 * neck, high + 0.08), (0, high + 0.08)]
-        rounding = [0, 0.02, 0.05, 0.005, 0.005, 0.005, 0.005, rng.uniform(0.04, 0.2), rng.uniform(0.02, 0.1), 0.004, 0.006, 0.006, 0, 0]
+        corners = [
+            (0, 0.02),
+            (0.8 * radius, 0.0),
+            (radius, 0.03),
+            (radius, 0.2 * high),
+            (0.97 * radius, 0.22 * high),
+            (0.97 * radius, shoulder - 0.1),
+            (radius, shoulder - 0.08),
+            (radius, shoulder),
+        ]
+        corners += [
+            (neck, high),
+            (neck, high + 0.05),
+            (1.15 * neck, high + 0.05),
+            (1.15 * neck, high + 0.08),
+            (0.9 * neck, high + 0.08),
+            (0, high + 0.08),
+        ]
+        rounding = [
+            0,
+            0.02,
+            0.05,
+            0.005,
+            0.005,
+            0.005,
+            0.005,
+            rng.uniform(0.04, 0.2),
+            rng.uniform(0.02, 0.1),
+            0.004,
+            0.006,
+            0.006,
+            0,
+            0,
+        ]
         profile = refined(rounded_profile(corners, rounding), 0.035)
         sides = 64
         angle = np.linspace(0, 2 * np.pi, sides, endpoint=False)
@@ -146,14 +215,37 @@ def lamp(rng: np.random.Generator) -> Surface:
         tilt = frame(0, 0, rng.uniform(-0.12, 0.12))
         shell = lathe(shade, 4 * pleats, np.broadcast_to(folds, (len(shade), 4 * pleats)))
         parts.append(moved(shell, (0, high - 0.3 * tall, 0), tilt))
-        bulb = smooth_curve(np.array([(0.0, 0), (0.04, 0.01), (0.05, 0.08), (0.09, 0.17), (0.05, 0.24), (0.0, 0.26)]), 5)
+        bulb = smooth_curve(
+            np.array([(0.0, 0), (0.04, 0.01), (0.05, 0.08), (0.09, 0.17), (0.05, 0.24), (0.0, 0.26)]), 5
+        )
         parts.append(moved(lathe(bulb, 24), (0, high, 0)))
     else:
         arms, reach = int(rng.integers(2, 6)), rng.uniform(0.3, 0.55)
-        cup = rounded_profile([(0, -0.02), (0.04, -0.02), (0.1, 0.04), (0.1, 0.06), (0.05, 0.05), (0.05, rng.uniform(0.2, 0.45)), (0, 0.4)], 0.012)
+        cup = rounded_profile(
+            [
+                (0, -0.02),
+                (0.04, -0.02),
+                (0.1, 0.04),
+                (0.1, 0.06),
+                (0.05, 0.05),
+                (0.05, rng.uniform(0.2, 0.45)),
+                (0, 0.4),
+            ],
+            0.012,
+        )
         for k in range(arms):
             axes = frame(2 * np.pi * k / arms)
-            path = smooth_curve(np.array([(0.03, 0.75 * high, 0), (0.4 * reach, 0.6 * high, 0), (reach, 0.7 * high, 0), (reach, 0.9 * high, 0)]), 8)
+            path = smooth_curve(
+                np.array(
+                    [
+                        (0.03, 0.75 * high, 0),
+                        (0.4 * reach, 0.6 * high, 0),
+                        (reach, 0.7 * high, 0),
+                        (reach, 0.9 * high, 0),
+                    ]
+                ),
+                8,
+            )
             parts.append(moved(tube(path, np.linspace(0.035, 0.022, len(path)), 12), axes=axes))
             parts.append(moved(moved(lathe(refined(cup, 0.03), 24), (reach, 0.9 * high, 0)), axes=axes))
         parts.append(moved(lathe(refined(cup, 0.03), 24), (0, high, 0)))
@@ -171,12 +263,23 @@ def _desk_lamp(rng: np.random.Generator, base: list[tuple[float, float]], sides:
         turns = 16 * int(rng.integers(5, 9))
         t = np.linspace(0, 1, turns)
         coil = at + (0.1 + 0.3 * t)[:, None] * (end - at)
-        coil = coil + 0.028 * np.stack([np.cos(2 * np.pi * turns / 16 * t), np.zeros(turns), np.sin(2 * np.pi * turns / 16 * t)], 1)
+        coil = coil + 0.028 * np.stack(
+            [np.cos(2 * np.pi * turns / 16 * t), np.zeros(turns), np.sin(2 * np.pi * turns / 16 * t)], 1
+        )
         parts.append(tube(coil, 0.007, 6))
         joint = lathe(rounded_profile([(0, -0.06), (0.05, -0.06), (0.05, 0.06), (0, 0.06)], 0.012), 24)
         parts.append(moved(joint, end, np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])))
         at, lean = end, rng.uniform(0.7, 1.3)
-    outline = [(0, 0.0), (0.07, 0.0), (0.08, -0.12), (0.13, -0.16), (rng.uniform(0.2, 0.3), -0.4), (0.19, -0.4), (0.11, -0.17), (0, -0.14)]
+    outline = [
+        (0, 0.0),
+        (0.07, 0.0),
+        (0.08, -0.12),
+        (0.13, -0.16),
+        (rng.uniform(0.2, 0.3), -0.4),
+        (0.19, -0.4),
+        (0.11, -0.17),
+        (0, -0.14),
+    ]
     shade = lathe(refined(rounded_profile(outline, 0.025), 0.03), sides)
     parts.append(moved(shade, at, frame(rng.uniform(-0.4, 0.4), 0, rng.uniform(0.1, 0.9))))
     return moved(merged([parts[0], *(outwards(p) for p in parts[1:])]), axes=frame(rng.uniform(-1, 1)))

@@ -12,7 +12,7 @@ from ncmodel.files import write_bytes
 from ncmodel.mesh.ply import ply_bytes
 from ncmodel.progress import Advance
 
-LIMITS = Limits(seconds=300.0, bytes=4 << 30)
+LIMITS = Limits(seconds=300.0, memory_gb=8.0)
 """Of one shape."""
 
 

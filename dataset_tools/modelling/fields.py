@@ -194,7 +194,7 @@ def polygon_distance(corners: Floats, points: Floats) -> Floats:
         crosses = (a[1] > points[:, 1]) != (b[1] > points[:, 1])
         if a[1] != b[1]:
             inside ^= crosses & (points[:, 0] < along[0] * offset[:, 1] / along[1] + a[0])
-    return np.where(inside, -1.0, 1.0) * np.sqrt(nearest)
+    return np.asarray(np.where(inside, -1.0, 1.0) * np.sqrt(nearest))
 
 
 def hollow(part: Part, thickness: float) -> Part:

@@ -54,7 +54,7 @@ def _normals(vertices: Floats, faces: Ints) -> Floats:
     total = np.zeros_like(vertices)
     for k in range(3):
         np.add.at(total, faces[:, k], across)
-    return total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-300)
+    return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-300))
 
 
 def _with_holes(surface: Surface, rng: np.random.Generator) -> Surface:

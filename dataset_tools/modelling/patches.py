@@ -3,6 +3,7 @@
 Rows lie close at edges, so that edges are crisp or rounded by one to three rows of faces.
 """
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -101,7 +102,7 @@ def rounded_profile(corners: ArrayLike, radius: float | Sequence[float], rows: i
 def refined(profile: Floats, step: float) -> Floats:
     """A polyline with points added, so that none is farther than `step` from the next."""
     out = [profile[:1]]
-    for a, b in zip(profile[:-1], profile[1:], strict=True):
+    for a, b in itertools.pairwise(profile):
         pieces = max(1, int(np.ceil(np.linalg.norm(b - a) / step)))
         out.append(a + (b - a) * np.linspace(0, 1, pieces + 1)[1:, None])
     return np.concatenate(out)

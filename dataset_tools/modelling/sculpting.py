@@ -4,6 +4,7 @@ Each part is worked out only in the box that it fills, so that dozens of small o
 """
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -173,7 +174,7 @@ def _evened(values: NDArray[np.float32], vertices: Floats, faces: Ints, cell: fl
     return places * cell
 
 
-def _averaging(faces: Ints, count: int) -> NDArray[np.float64]:
+def _averaging(faces: Ints, count: int) -> Any:
     """The sparse matrix that gives each vertex the mean of its neighbours."""
     from scipy.sparse import coo_matrix, diags
 
