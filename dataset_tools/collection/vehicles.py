@@ -246,11 +246,11 @@ def aircraft(rng: np.random.Generator) -> Surface:
     if not jet and rng.random() < 0.35:
         parts.append(mirrored(moved(wing, (0, 2.2 * fat, 0.05)), 0))
         for x in (0.35, 0.8):
-            low, high = [
+            foot, head = [
                 (x * span, level + lift * x * span, 0.15 - sweep * x * span),
                 (x * span, level + 2.2 * fat + lift * x * span, 0.2 - sweep * x * span),
             ]
-            parts.append(mirrored(tube(np.linspace(low, high, 5), 0.015, 8), 0))
+            parts.append(mirrored(tube(np.linspace(foot, head, 5), 0.015, 8), 0))
     height, slope = rng.uniform(0.25, 0.45), rng.uniform(0.3, 0.9)
     fin = _wing(height, 0.32, 0.17, slope, 0.0, 0.12, 8)
     upright = np.array([[0, 1.0, 0], [-1.0, 0, 0], [0, 0, 1.0]])
