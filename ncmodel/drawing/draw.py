@@ -209,8 +209,8 @@ def _chosen(model: Chooser, view: View, preset: str, asked: tuple[LineFamily, ..
     """What a model draws, of the families asked for."""
     allowed = asked if asked is not None else tuple(LineFamily)
     plan = model.choose(view, budget=preset, families=[f for f in FILTERED_FAMILIES if f in allowed])
-    # Creases are no part of what a model can weigh; they are drawn if somebody wants them.
-    wanted = (LineFamily.CREASES,) if asked is not None and LineFamily.CREASES in asked else ()
+    # Creases and intersections are no part of what a model can weigh; they are drawn if somebody wants them.
+    wanted = tuple(f for f in (LineFamily.CREASES, LineFamily.INTERSECTIONS) if asked is not None and f in asked)
     return replace(plan, families=tuple(family for family in plan.families if family in allowed) + wanted)
 
 
