@@ -103,26 +103,35 @@ class _Part:
 
 def _places(strokes: Sequence[Stroke], beyond: Beyond, scale: float) -> list[_Places]:
     """Places along strokes, and whether they are on the outline; the background is asked for once."""
-    point, travelled, sideways = [np.zeros(0)], [np.zeros(0)], [np.zeros((0, 4, 2))]
-    for stroke in strokes:
-        length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(stroke.points, axis=0), axis=1))])
-        at = np.linspace(0.0, length[-1], int(length[-1] / (SPACING * scale)) + 2)
-        pixels = np.stack([np.interp(at, length, column) for column in stroke.points.T], axis=1)
-        along = np.gradient(pixels, axis=0)
-        along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
-        aside = BESIDE * scale * np.stack([-along[:, 1], along[:, 0]], axis=1)
-        point.append(np.interp(at, length, np.arange(len(length))))
-        travelled.append(at)
-        # Half as far, too: beyond a narrow gap the shape goes on.
-        sideways.append(np.stack([pixels + share * aside for share in (-1.0, -0.5, 0.5, 1.0)], axis=1))
-    outline = beyond(np.concatenate(sideways).reshape(-1, 2)).reshape(-1, 4).any(axis=1)
-    cuts = np.cumsum([len(at) for at in travelled])[:-1]
-    parts = zip(point[1:], travelled[1:], np.split(outline, cuts)[1:], strict=True)
-    return [_Places(*arrays) for arrays in parts]
+    if not strokes:
+        return []
+    points = np.concatenate([stroke.points for stroke in strokes])
+    first = np.cumsum([0, *(len(stroke.points) for stroke in strokes)])
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    steps[first[1:-1] - 1] = SPACING * scale  # from one stroke to the next
+    travelled = np.concatenate([[0.0], np.cumsum(steps)])
+    start, length = travelled[first[:-1]], travelled[first[1:] - 1] - travelled[first[:-1]]
+    count = (length / (SPACING * scale)).astype(np.int64) + 2
+    cuts = np.cumsum(count)
+    at = (np.arange(cuts[-1]) - np.repeat(cuts - count, count)) * np.repeat(length / (count - 1), count)
+    reached = np.repeat(start, count) + at
+    pixels = np.stack([np.interp(reached, travelled, column) for column in points.T], axis=1)
+    along = np.diff(pixels, axis=0, append=0.0)
+    along[cuts - 1] = along[cuts - 2]
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+    aside = BESIDE * scale * np.stack([-along[:, 1], along[:, 0]], axis=1)
+    # Half as far, too: beyond a narrow gap the shape goes on.
+    sideways = np.stack([pixels + share * aside for share in (-1.0, -0.5, 0.5, 1.0)], axis=1)
+    outline = beyond(sideways.reshape(-1, 2)).reshape(-1, 4).any(axis=1)
+    point = np.interp(reached, travelled, np.arange(len(points))) - np.repeat(first[:-1], count)
+    split = (np.split(values, cuts[:-1]) for values in (point, at, outline))
+    return [_Places(*arrays) for arrays in zip(*split, strict=True)]
 
 
 def _parts(stroke: Stroke, places: _Places, scale: float) -> list[_Part]:
     """A stroke cut where it leaves the outline or comes to it."""
+    if (places.outline == places.outline[0]).all():
+        return [_Part(stroke, bool(places.outline[0]))]
     outline = _without_runs(places.outline, places.at, False, SHORTEST_INSIDE * scale)
     outline = _without_runs(outline, places.at, True, SHORTEST_OUTLINE * scale)
     changes = np.flatnonzero(np.diff(outline))
