@@ -18,7 +18,7 @@ Beyond = Callable[[Floats], Mask]
 """(N, 2) pixels -> (N,) True for those beyond the shape, where the background is seen."""
 
 SPECK = 16.0
-"""Pixels, at 768; a shorter piece of outline that meets no other is a small hole: a line inside."""
+"""Pixels, at 768; shorter pieces of outline that meet no long one are small holes: lines inside."""
 SPACING = 2.0
 """Pixels, at 768, between the places at which a stroke is looked at, at most."""
 BESIDE = 2.5
@@ -148,22 +148,22 @@ def _parts(stroke: Stroke, places: _Places, scale: float) -> list[_Part]:
 
 
 def _without_specks(parts: Sequence[_Part], scale: float) -> list[_Part]:
-    """The same parts, of which those that would be specks of outline count as lines inside."""
+    """The same parts, of which short outlines that no others connect to a long one count as lines inside."""
     from scipy.spatial import cKDTree
 
     outlines = [number for number, part in enumerate(parts) if part.outline]
     if not outlines:
         return list(parts)
-    points = np.concatenate([parts[number].stroke.points for number in outlines])
+    tree = cKDTree(np.concatenate([parts[number].stroke.points for number in outlines]))
     owner = np.repeat(outlines, [len(parts[number].stroke.points) for number in outlines])
-    tree, found = cKDTree(points), list(parts)
-    for number in outlines:
-        stroke = parts[number].stroke
-        if _length(stroke) < SPECK * scale:
-            near = np.concatenate(tree.query_ball_point(stroke.points[[0, -1]], BESIDE * scale)).astype(np.int64)
-            if (owner[near] == number).all():
-                found[number] = _Part(stroke, False)
-    return found
+    short = [number for number in outlines if _length(parts[number].stroke) < SPECK * scale]
+    near = {number: tree.query_ball_point(parts[number].stroke.points[[0, -1]], BESIDE * scale) for number in short}
+    beside = {number: {int(owner[point]) for end in found for point in end} for number, found in near.items()}
+    held, specks = set(outlines).difference(short), set(short)
+    while joining := {number for number in specks if not beside[number].isdisjoint(held)}:
+        held |= joining
+        specks -= joining
+    return [_Part(part.stroke, part.outline and number not in specks) for number, part in enumerate(parts)]
 
 
 def _without_runs(state: Mask, at: Floats, value: bool, shortest: float) -> Mask:
