@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from numbers import Real
 from typing import Any
 
-from ncmodel.drawing.plan import DEFAULT_FAMILIES, Plan
+from ncmodel.drawing.plan import CRUMB, DEFAULT_FAMILIES, Plan
 from ncmodel.errors import ArgumentError
 from ncmodel.types import FILTERED_FAMILIES, LineFamily, Thresholds
 
@@ -22,6 +22,8 @@ OFF = "off"
 def plan_of(lines: Lines | None = None, thresholds: ThresholdValues | None = None) -> Plan:
     """The plan that draws what was asked for.
 
+    Whoever names thresholds sees what they leave, as it is found; whoever names families, all of their lines.
+
     Args:
         lines: The families; by default `DEFAULT_FAMILIES` and those that are given a threshold by name.
         thresholds: rtsc's defaults unless given.
@@ -36,7 +38,8 @@ def plan_of(lines: Lines | None = None, thresholds: ThresholdValues | None = Non
         values = Thresholds().with_values(**{family.value: value for family, value in named.items()})
     _check_thresholds(values)
     families = families_of(lines) if lines is not None else tuple(dict.fromkeys((*DEFAULT_FAMILIES, *named)))
-    return Plan(families, values)
+    finished = thresholds is None
+    return Plan(families, values, finished=finished, crumb=CRUMB if finished and lines is None else 0.0)
 
 
 def families_of(lines: Lines) -> tuple[LineFamily, ...]:

@@ -12,6 +12,7 @@ from typing import Protocol
 from ncmodel.camera import DEFAULT_AZIMUTH, DEFAULT_ELEVATION, DEFAULT_SIZE, Camera
 from ncmodel.drawing import arguments
 from ncmodel.drawing.drawing import Drawing
+from ncmodel.drawing.finishing import finish
 from ncmodel.drawing.plan import Plan
 from ncmodel.drawing.strokes import strokes
 from ncmodel.drawing.thresholding import fade, survivors
@@ -133,6 +134,8 @@ def draw_view(view: View, plan: Plan, detail: Detail = BALANCED) -> Drawing:
         threshold = plan.thresholds.of(family)
         assert threshold is not None, "families that are left out aren't drawn"
         drawn += strokes_of(view, visible_segments(view, family, threshold, detail.sample_pixels), detail)
+    if plan.finished:
+        drawn = list(finish(drawn, view, plan.crumb))
     mesh = view.mesh
     return Drawing(view.camera, (*drawn, *plan.strokes), mesh.name, plan, mesh.notes, view.trace)
 
