@@ -32,6 +32,8 @@ class Plan:
             all as they are found, as for what is measured or learnt from.
         crumb: Share of the picture's shorter side: strokes of less ink are left out, unless there is a reason for them;
             of finished drawings.
+        detail: Share of the lines inside the outline that is drawn, the most important first; 1 draws all of them.
+        min_length: Pixels, at 768, of the shortest strokes that are drawn beside the outline's.
     """
 
     families: tuple[LineFamily, ...] = DEFAULT_FAMILIES
@@ -42,6 +44,8 @@ class Plan:
     converged: bool = True
     finished: bool = False
     crumb: float = 0.0
+    detail: float = 1.0
+    min_length: float = 0.0
 
     @property
     def drawn(self) -> tuple[LineFamily, ...]:
