@@ -14,6 +14,7 @@ import numpy as np
 from ncmodel.camera import DEFAULT_AZIMUTH, DEFAULT_ELEVATION, DEFAULT_SIZE, Camera
 from ncmodel.drawing import arguments
 from ncmodel.drawing.drawing import Drawing
+from ncmodel.drawing.finishing import finish
 from ncmodel.drawing.importance import most_important, without_short
 from ncmodel.drawing.plan import Plan
 from ncmodel.drawing.strokes import strokes
@@ -143,6 +144,8 @@ def draw_view(view: View, plan: Plan, detail: Detail = BALANCED) -> Drawing:
         threshold = plan.thresholds.of(family)
         assert threshold is not None, "families that are left out aren't drawn"
         drawn += strokes_of(view, visible_segments(view, family, threshold, detail.sample_pixels), detail)
+    if plan.finished:
+        drawn = list(finish(drawn, view, plan.crumb))
     mesh = view.mesh
     chosen = _chosen_strokes(view, plan, (*drawn, *plan.strokes))
     return Drawing(view.camera, chosen, mesh.name, plan, mesh.notes, view.trace)

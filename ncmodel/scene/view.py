@@ -149,13 +149,15 @@ class View:
         """The lines of a family that may be seen, at threshold 0.
 
         They are `lines` except for occluding contours, which are `outlines`: rays tell what is hidden, so curvature
-        isn't needed; for creases, of which bits of rough surfaces and of rounded edges are left out; and for lines
-        of curvature on the flats of a surface with creases, which have no curvature.
+        isn't needed; for creases, of which bits of rough surfaces are left out and lines along rounded edges are some;
+        and for lines of curvature on the flats of a surface with creases, which have no curvature.
         """
         if family is LineFamily.CONTOURS:
             return self.outlines
         if family is LineFamily.CREASES:
-            return creases.crease_lines(self.surface, self.crease_angle).lines(family, self.mesh.vertices)
+            found = creases.crease_lines(self.surface, self.crease_angle)
+            whole = self.surface.whole
+            return found.seen_from(self.eye, whole.mesh.vertices, whole.faces).lines(family, self.mesh.vertices)
         return creases.off_flats(self.lines(family), self.surface)
 
     def unhidden(self, lines: LineSet, sample_pixels: float = 1.0) -> LineSet:
