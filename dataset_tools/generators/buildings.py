@@ -179,7 +179,8 @@ def column(rng: np.random.Generator, high: float, radius: float, sides: int = 48
     angle = np.linspace(0, 2 * np.pi, sides, endpoint=False)
     flutes = int(rng.choice([8, 12, 16]))
     depth = 0.09 if rng.random() < 0.75 else 0.0
-    return lathe(profile, sides, 1 - depth * shaft_only[:, None] * np.abs(np.cos(flutes * angle / 2))[None, :])
+    hollows = depth * shaft_only[:, None] * np.abs(np.cos(flutes * angle / 2))[None, :]
+    return lathe(profile, sides, np.asarray(1.0 - hollows, dtype=float))
 
 
 def _temple(rng: np.random.Generator) -> list[Surface]:
@@ -219,8 +220,8 @@ def _castle(rng: np.random.Generator) -> list[Surface]:
     count, parts, corners = int(rng.integers(3, 6)), [], []
     spin = rng.uniform(0, 2)
     for k in range(count):
-        a = spin + 2 * np.pi * k / count
-        corners.append(rng.uniform(0.6, 0.95) * np.array([np.sin(a), 0, np.cos(a)]))
+        bearing = spin + 2 * np.pi * k / count
+        corners.append(rng.uniform(0.6, 0.95) * np.array([np.sin(bearing), 0, np.cos(bearing)]))
         radius, high = rng.uniform(0.14, 0.24), rng.uniform(0.6, 1.2)
         outline = [
             (0, 0),
@@ -256,7 +257,8 @@ def _castle(rng: np.random.Generator) -> list[Surface]:
             pieces.append(moved(outwards(lathe(np.array(cone), 40)), (0, high + 0.02, 0)))
         parts.append(moved(merged(pieces), corners[-1]))
     for k, (a, b) in enumerate(zip(corners, corners[1:] + corners[:1], strict=True)):
-        long, turn = float(np.linalg.norm(b - a)), np.arctan2(*(b - a)[[2, 0]]) * -1.0
+        along = b - a
+        long, turn = float(np.linalg.norm(along)), -float(np.arctan2(along[2], along[0]))
         high = rng.uniform(0.38, 0.52)
         pieces = [_box((0, 0, -0.05), (long, high, 0.05), 0.005, 8)]
         for x in np.linspace(0.08, long - 0.08, max(2, int(long / 0.11))):

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from dataset_tools.build.mesh_files import Source
-from dataset_tools.collection.selection import sources_of
+from dataset_tools.collection.selection import SPLITS, sources_of
 from ncmodel.errors import ArgumentError
 from ncmodel.mesh.load import load_mesh
 from tests.helpers.commands import complaint, printed
@@ -33,7 +33,7 @@ def test_unknown_families_and_splits_are_told(tmp_path: Path, capsys: pytest.Cap
 def test_a_folder_of_meshes_is_split_by_their_names(tmp_path: Path) -> None:
     names = ("boat_7", "vase_7", "elephant", "rabbit", "teapot", "dragon", "horse", "buddha")
     sources = [Source(f"other {name}", tmp_path / f"{name}.obj", f"{name}.obj") for name in names]
-    parts = {split: {source.path.stem for source in sources_of(sources, split)} for split in ("training", "test", "all")}
+    parts = {split: {source.path.stem for source in sources_of(sources, split)} for split in SPLITS}
     assert parts["training"] | parts["test"] == parts["all"] == set(names)
     assert not parts["training"] & parts["test"]
     assert "boat_7" in parts["test"]
