@@ -53,6 +53,30 @@ def build(
 
 
 @group.command()
+def shapes(
+    mesh_dir: Annotated[Path, typer.Argument(help="Folder to write the meshes to, or to go on with.")],
+    count: Annotated[int, typer.Option(help="How many.", min=1)] = 500,
+    seed: Annotated[int, typer.Option(help="Other shapes.", min=0)] = 0,
+    families: Annotated[str | None, typer.Option(help="Only these, a,b,c. (default all)")] = None,
+    split: Annotated[str, typer.Option(help="training: without the test families; test: those alone; all.")] = "all",
+    workers: Annotated[int | None, typer.Option(help="Processes; 0: this one. (default one a core)")] = None,
+    as_json: Json = False,
+) -> None:
+    """Make a collection of shapes to train on, FAMILY_NUMBER.ply each; goes on where it was stopped."""
+    from dataset_tools.build.runners import core_count, runner_for
+    from dataset_tools.collection.families import held_out_families, shape_names
+    from dataset_tools.collection.writing import write_collection
+
+    names = shape_names(count, seed, tuple(families.split(",")) if families is not None else None, split)
+    with runner_for(core_count() if workers is None else workers) as runner, progress("shapes", count) as advance:
+        done = write_collection(mesh_dir, names, runner, advance)
+    record = {"made": done.made, "kept": done.kept, "failed": done.failed, "test_families": list(held_out_families())}
+    emit(record, as_json, f"{done.made} shapes made, {done.kept} kept, in {mesh_dir}")
+    if done.failed:
+        raise BatchError(f"{len(done.failed)} shapes failed: {next(iter(done.failed.items()))}")
+
+
+@group.command()
 def clean(
     mesh: Annotated[Path, typer.Argument(help="Mesh file.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Cleaned mesh, *.ply.")],

@@ -17,7 +17,7 @@ def simulate(
     data: Annotated[Path | None, typer.Option(help="The data folder; the batch knows it by default.")] = None,
     participants: options.Participants = None,
     random_clickers: options.RandomClickers = 0.15,
-    noise: options.Noise = 0.55,
+    noise: options.Noise = 0.2,
     seed: options.Seed = 0,
     as_json: options.AsJson = False,
 ) -> None:
@@ -38,7 +38,7 @@ def trial(
     participants: Annotated[int, typer.Option(help="Simulated participants.")] = 400,
     random_clickers: options.RandomClickers = 0.15,
     adversaries: Annotated[int, typer.Option(help="Simulated adversaries of each of ten kinds.")] = 6,
-    noise: options.Noise = 0.55,
+    noise: options.Noise = 0.2,
     items: Annotated[int, typer.Option(help="Views of the data folder to draw distances from.", min=1)] = 24,
     seed: options.Seed = 0,
     as_json: options.AsJson = False,

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from dataset_tools.build.config import BuildConfig
-from dataset_tools.candidates.candidates import INK_LEVEL, Candidates, draw_candidates
 from eval.comparison.methods import Drawn
 from eval.measures.evaluation import Score, Target
 from eval.measures.metrics import mean_measures
@@ -17,6 +16,7 @@ from eval.measures.thinning import binarise, read_ink
 from ncmodel.config import read_config
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
+from ncmodel.drawing.settings import INK_LEVEL, LayeredDrawings, draw_layers
 from ncmodel.export.page import WIDTH, legible_width
 from ncmodel.images import png_ink
 from ncmodel.scene.view import View
@@ -63,21 +63,18 @@ def judge_selected(data: DataFolder, item: Item, target: Target) -> Judged:
     return _judge(inks.__getitem__, len(inks), target)
 
 
-def judge_candidates(candidates: Candidates, target: Target) -> Judged:
+def judge_candidates(candidates: LayeredDrawings, target: Target) -> Judged:
     """All combinations of lines, as `line_candidates` draws them."""
-    return _judge(candidates.drawing, len(candidates.specs), target)
+    return _judge(candidates.drawing, len(candidates.levels.settings), target)
 
 
-def line_candidates(data: DataFolder, view: View) -> Candidates:
+def line_candidates(data: DataFolder, view: View) -> LayeredDrawings:
     """The candidates of a view that are made of lines, drawn again: what the data folder keeps of them has no greys.
 
     Raises:
         InputError: The data folder's settings can't be read.
     """
-    everything = draw_candidates(view, read_config(BuildConfig, data.config_path).levels)
-    lines = [number for number, spec in enumerate(everything.specs) if spec.settings["kind"] == "lines"]
-    specs = [everything.specs[number] for number in lines]
-    return Candidates(specs, everything.ink, everything.members[lines])
+    return draw_layers(view, read_config(BuildConfig, data.config_path).levels)
 
 
 def _judge(drawing: Callable[[int], Image], count: int, target: Target) -> Judged:

@@ -25,6 +25,8 @@ class Plan:
         score: The model's score of its choice, if one chose.
         evaluations: How many drawings it scored.
         converged: Whether its search found that it can't get better.
+        detail: Share of the lines inside the outline that is drawn, the most important first; 1 draws all of them.
+        min_length: Pixels, at 768, of the shortest strokes that are drawn beside the outline's.
     """
 
     families: tuple[LineFamily, ...] = DEFAULT_FAMILIES
@@ -33,6 +35,8 @@ class Plan:
     score: float | None = None
     evaluations: int = 0
     converged: bool = True
+    detail: float = 1.0
+    min_length: float = 0.0
 
     @property
     def drawn(self) -> tuple[LineFamily, ...]:

@@ -234,7 +234,7 @@ def test_any_mesh(geometry: tuple[Any, Any]) -> None:
             "thresholds: found suggestive=nan, expected a number >= 0",
         ),
         ({"thresholds": Thresholds(apparent=-1.0)}, "thresholds: found apparent=-1.0, expected a number >= 0"),
-        ({"preset": "best"}, "preset: found 'best', expected one of draft, balanced, accurate"),
+        ({"preset": "best"}, "preset: found 'best', expected one of instant, draft, balanced, accurate"),
         ({"tolerance": -1.0}, "tolerance: found -1.0, expected pixels >= 0"),
         ({"tolerance": float("nan")}, "tolerance: found nan, expected pixels >= 0"),
         ({"crease_angle": 200.0}, "crease angle: found 200.0, expected degrees between 0 and 180"),
