@@ -205,12 +205,12 @@ class View:
         boundaries = self.visible(LineFamily.BOUNDARIES, sample_pixels)
         creases = [self.visible(LineFamily.CREASES, sample_pixels)] if parted else []
         shortest = outlines.SHORTEST_BETWEEN_CREASES if parted else outlines.SHORTEST_PIXELS
-        shape = outlines.Polygons(whole.mesh.vertices, whole.faces, whole.rings, whole.scene)
+        shape = outlines.Polygons(whole.mesh.vertices, whole.faces, whole.rings, whole.scene, whole.shells)
         with timed(self.trace, "polygonal_outlines"):
-            folds = outlines.visible_folds(shape, camera, sample_pixels)
+            folds = outlines.visible_folds(shape, camera)
             contours, doubtful = outlines.along(contours, [folds, boundaries], camera)
             drawn = [contours, boundaries, *creases]
-            missing = outlines.missing_outlines(folds, drawn, whole.scene, camera, shortest)
+            missing = outlines.missing_outlines(folds, drawn, shape, camera, shortest, sample_pixels)
             doubtful = outlines.apart(doubtful, missing, camera)
         return outlines.joined(outlines.joined(contours, doubtful), missing)
 
