@@ -1,5 +1,6 @@
 """A surface seen from a camera, and everything that depends on the view, computed when first asked for."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from ncmodel.camera import Camera
 from ncmodel.geometry import shading, view_curvature
 from ncmodel.lines import contours, ridges
+from ncmodel.lines.edges import bent_to
 from ncmodel.scene import creases
 from ncmodel.scene.surface import CREASE_ANGLE, Surface
 from ncmodel.tracing import stage, timed
@@ -149,13 +151,19 @@ class View:
         """The lines of a family that may be seen, at threshold 0.
 
         They are `lines` except for occluding contours, which are `outlines`: rays tell what is hidden, so curvature
-        isn't needed; for creases, of which bits of rough surfaces and of rounded edges are left out; and for lines
-        of curvature on the flats of a surface with creases, which have no curvature.
+        isn't needed; for creases, of which bits of rough surfaces and of rounded edges are left out; for these and
+        boundaries, where inner walls and edges of other parts touch a flat side from behind; and for lines of curvature
+        on the flats of a surface with creases, which have no curvature.
         """
         if family is LineFamily.CONTOURS:
             return self.outlines
-        if family is LineFamily.CREASES:
-            return creases.crease_lines(self.surface, self.crease_angle).lines(family, self.mesh.vertices)
+        if family in (LineFamily.CREASES, LineFamily.BOUNDARIES):
+            surface, whole, angle = self.surface, self.surface.whole, self.crease_angle
+            creased = family is LineFamily.CREASES
+            found = creases.crease_lines(surface, angle) if creased else surface.boundary_edges
+            if len(found):
+                found = bent_to(found, whole.mesh.vertices, whole.rings, self.eye, math.radians(angle))
+            return found.lines(family, whole.mesh.vertices)
         return creases.off_flats(self.lines(family), self.surface)
 
     def unhidden(self, lines: LineSet, sample_pixels: float = 1.0) -> LineSet:
