@@ -26,6 +26,7 @@ from ncmodel.mesh.load import load_mesh, make_mesh
 from ncmodel.scene.creases import split_at_creases
 from ncmodel.scene.orientation import turn_outwards
 from ncmodel.scene.seams import sew_seams
+from ncmodel.scene.stray_parts import stray_parts
 from ncmodel.scene.surface import CREASE_ANGLE, Surface
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed
@@ -105,7 +106,7 @@ def draw(
         azimuth: Degrees round the shape from its front, without a camera.
         elevation: Degrees above the ground, without a camera.
         size: (width, height) in pixels, or both in one, without a camera.
-        up: The upward axis, "y" or "z", of a mesh file.
+        up: The upward axis, "y" or "z", of a mesh file; arrays are y-up.
         crease_angle: Degrees between faces above which their edge is a crease.
         tolerance: Pixels that strokes may stray from the lines on the mesh; the preset's unless given.
         detail: Share of the lines inside the outline that is drawn, the strongest and longest first: 0 is the outline
@@ -124,10 +125,15 @@ def draw(
     surface = _surface(shape, up, None if camera is None else camera.eye)
     if LineFamily.CREASES in asked.families and model is None:
         surface = split_at_creases(surface, crease_angle)
-    camera = camera or Camera.orbit(surface.mesh.used_vertices, azimuth, elevation, size=arguments.size_of(size))
-    view = View(surface, camera, crease_angle)
+    placed = camera or Camera.orbit(surface.mesh.used_vertices, azimuth, elevation, size=arguments.size_of(size))
+    view = View(surface, placed, crease_angle)
     plan = asked if model is None else _chosen(model, view, preset, None if lines is None else asked.families)
-    return draw_view(view, replace(plan, detail=asked.detail, min_length=asked.min_length), fineness)
+    plan = replace(plan, detail=asked.detail, min_length=asked.min_length)
+    drawing = draw_view(view, plan, fineness)
+    if camera is not None or isinstance(shape, Surface):
+        return drawing
+    with timed(surface.trace, "hints"):
+        return replace(drawing, notes=(*drawing.notes, *stray_parts(surface.whole)))
 
 
 def draw_view(view: View, plan: Plan, detail: Detail = BALANCED) -> Drawing:
@@ -245,6 +251,9 @@ def _chosen(model: Chooser, view: View, preset: str, asked: tuple[LineFamily, ..
 
 
 def _surface(shape: Mesh | Surface | str | Path, up: str, eye: tuple[float, float, float] | None) -> Surface:
+    if up != "y" and not isinstance(shape, (str, Path)):
+        found = f"{up!r} beside a {type(shape).__name__}, which is drawn as it is"
+        raise UsageError(f"up: found {found}, expected a file's path beside it")
     if isinstance(shape, Surface):
         return shape
     trace = Trace()
