@@ -28,11 +28,12 @@ Mask = NDArray[np.bool_]
 
 
 class LineFamily(StrEnum):
-    """The seven families of lines, by the names used in files and at the command line."""
+    """The eight families of lines, by the names used in files and at the command line."""
 
     CONTOURS = "contours"
     BOUNDARIES = "boundaries"
     CREASES = "creases"
+    INTERSECTIONS = "intersections"
     SUGGESTIVE = "suggestive"
     RIDGES = "ridges"
     VALLEYS = "valleys"

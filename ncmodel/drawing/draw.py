@@ -239,8 +239,8 @@ def _chosen(model: Chooser, view: View, preset: str, asked: tuple[LineFamily, ..
     allowed = asked if asked is not None else tuple(LineFamily)
     plan = model.choose(view, budget=preset, families=allowed)
     chosen = tuple(family for family in plan.families if family in allowed)
-    # Creases are no part of what every model can weigh; they are drawn if somebody wants them.
-    wanted = {LineFamily.CREASES} & set(asked or ()) - set(chosen)
+    # These are no part of what every model can weigh; they are drawn if somebody wants them.
+    wanted = (f for f in (LineFamily.CREASES, LineFamily.INTERSECTIONS) if f in (asked or ()) and f not in chosen)
     return replace(plan, families=(*chosen, *wanted))
 
 

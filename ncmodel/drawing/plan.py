@@ -8,6 +8,7 @@ DEFAULT_FAMILIES = (
     LineFamily.CONTOURS,
     LineFamily.BOUNDARIES,
     LineFamily.CREASES,
+    LineFamily.INTERSECTIONS,
     LineFamily.SUGGESTIVE,
     LineFamily.APPARENT,
 )

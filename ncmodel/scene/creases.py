@@ -190,6 +190,10 @@ class _Parted(Surface):
     def scene(self) -> RayScene:
         return self.whole.scene
 
+    @property
+    def intersections(self) -> LineSet:
+        return self.whole.intersections
+
     def creases(self, angle_degrees: float = CREASE_ANGLE) -> Edges:
         return self.whole.creases(angle_degrees)
 

@@ -168,13 +168,13 @@ class View:
             sample_pixels: Distance along the picture of the points at which that is decided.
         """
         from ncmodel.lines.occlusion import Smooth
-        from ncmodel.lines.visibility import MESH_EDGES, visible_pieces
+        from ncmodel.lines.visibility import FLAT, visible_pieces
 
         if len(lines) == 0:
             return lines
         surface, scene = self.surface, self.surface.scene
         smooth = None
-        if lines.family not in MESH_EDGES:
+        if lines.family not in FLAT:
             smooth = Smooth(self.mesh.vertices, surface.faces, surface.normals)
         with timed(self.trace, f"visible_{lines.family}"):
             return visible_pieces(lines, self.camera, scene, smooth, sample_pixels)
@@ -244,6 +244,10 @@ def _boundaries(view: View) -> LineSet:
     return view.surface.boundary_edges.lines(LineFamily.BOUNDARIES, view.mesh.vertices)
 
 
+def _intersections(view: View) -> LineSet:
+    return view.surface.intersections
+
+
 def _creases(view: View) -> LineSet:
     return view.surface.creases(view.crease_angle).lines(LineFamily.CREASES, view.mesh.vertices)
 
@@ -252,6 +256,7 @@ _EXTRACTORS: dict[LineFamily, Callable[[View], LineSet]] = {
     LineFamily.CONTOURS: _contours,
     LineFamily.BOUNDARIES: _boundaries,
     LineFamily.CREASES: _creases,
+    LineFamily.INTERSECTIONS: _intersections,
     LineFamily.SUGGESTIVE: _suggestive,
     LineFamily.APPARENT: _apparent,
     LineFamily.RIDGES: _ridges,
