@@ -1,7 +1,8 @@
 """From strokes as they are found to strokes as an illustrator draws them.
 
 What is found is all that the surface says, line by line: lines of several kinds along one edge, dashes where one of
-them is cut, zigzags between slivers, bits on rough places. A person draws each line once, in one stroke, and leaves out what carries nothing.
+them is cut, zigzags between slivers, bits on rough places. A person draws each line once, in one stroke, and leaves out
+what carries nothing.
 """
 
 from collections.abc import Sequence

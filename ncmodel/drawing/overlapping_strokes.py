@@ -23,6 +23,7 @@ _CLAIMS = (
     (LineFamily.CONTOURS,),
     (LineFamily.BOUNDARIES,),
     (LineFamily.CREASES,),
+    (LineFamily.INTERSECTIONS,),
     (LineFamily.RIDGES, LineFamily.VALLEYS),
     (LineFamily.SUGGESTIVE, LineFamily.APPARENT),
 )
@@ -68,8 +69,8 @@ def drop_overlapping(strokes: Sequence[Stroke], tolerance: float) -> tuple[Strok
 def drop_accompanying(strokes: Sequence[Stroke], pixels: float) -> tuple[Stroke, ...]:
     """Strokes without the parts that run along strokes of a stronger claim.
 
-    Contours are claimed first and stay whole, as an outline is closed; then boundaries, creases, ridges and valleys,
-    suggestive contours and apparent ridges; among equals, the one of more ink.
+    Contours are claimed first and stay whole, as an outline is closed; then boundaries, creases, intersections, ridges
+    and valleys, suggestive contours and apparent ridges; among equals, the one of more ink.
 
     Args:
         strokes: Polylines of two points or more, of any families.

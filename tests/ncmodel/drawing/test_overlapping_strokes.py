@@ -72,7 +72,7 @@ def test_a_shape_in_a_tight_shell_is_drawn_once() -> None:
     assert compare_lines(inks[0], inks[1], 1.0).f1 > 0.999
 
 
-CLAIMS = ["contours", "boundaries", "creases", "ridges", "suggestive"]
+CLAIMS = ["contours", "boundaries", "creases", "intersections", "ridges", "suggestive"]
 
 
 def bent(family: str, aside: float, alpha: float = 1.0) -> Stroke:
