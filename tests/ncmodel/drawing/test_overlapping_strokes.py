@@ -123,6 +123,18 @@ def test_a_line_that_leaves_another_one_starts_on_it() -> None:
     assert turn.max() < 40.0  # and leaves it without a step
 
 
+@pytest.mark.parametrize("gap", [8.0, 14.0])
+def test_what_closes_a_gap_in_stronger_lines_stays_and_a_bulge_beside_one_goes(gap: float) -> None:
+    left = stroke((0, 0), (50, 0), family="contours")
+    right = stroke((50 + gap, 0), (100, 0), family="contours")
+    *_, closing = drop_accompanying([left, right, stroke((10, 1), (90, 1))], 3.0)
+    assert closing.points[:, 0].min() < 51 < 49 + gap < closing.points[:, 0].max()
+    assert length((closing,)) < gap + 10.0
+    whole = stroke((0, 0), (100, 0), family="contours")
+    bulge = stroke((10, 1), (45, 1), (50, 4), (55, 1), (90, 1))
+    assert drop_accompanying([whole, bulge], 3.0) == (whole,)
+
+
 def test_nothing_is_no_trouble() -> None:
     assert drop_overlapping([], 0.25) == ()
     assert drop_overlapping([LONG], 0.25) == (LONG,)
