@@ -152,8 +152,8 @@ class View:
 
         They are `lines` except for occluding contours, which are `outlines`: rays tell what is hidden, so curvature
         isn't needed; for creases, of which bits of rough surfaces are left out and lines along rounded edges are some;
-        for these and boundaries, where inner walls and edges of other parts touch a flat side from behind; and for lines
-        of curvature on the flats of a surface with creases, which have no curvature.
+        for these and boundaries, where inner walls and edges of other parts touch a flat side from behind; and for
+        lines of curvature on the flats of a surface with creases, which have no curvature.
         """
         if family is LineFamily.CONTOURS:
             return self.outlines
