@@ -1,4 +1,4 @@
-"""The families of made shapes, which of them are only ever tested on, and what a shape's name says."""
+"""The families of made shapes, the shape that a name means, and which names are for testing only."""
 
 import hashlib
 import zlib
@@ -7,7 +7,21 @@ from types import MappingProxyType
 
 import numpy as np
 
-from dataset_tools.collection import animals, furniture, machines, people, plants, vehicles, vessels
+from dataset_tools.generators import (
+    animals,
+    birds_and_fish,
+    buildings,
+    cabinets,
+    cars,
+    drapery,
+    figures,
+    heads,
+    machines,
+    plants,
+    seats,
+    ships_and_aircraft,
+    vessels,
+)
 from dataset_tools.modelling.finishes import finished
 from dataset_tools.modelling.sculpting import Surface
 from ncmodel.errors import ArgumentError
@@ -21,27 +35,29 @@ FAMILIES: Mapping[str, Maker] = MappingProxyType(
         for maker in (
             animals.quadruped,
             machines.housing,
-            vehicles.car,
-            people.head,
-            furniture.chair,
+            cars.car,
+            heads.head,
+            seats.chair,
             vessels.vase,
             plants.plant,
-            people.character,
+            figures.character,
             machines.gearwheel,
-            animals.bird,
-            vehicles.aircraft,
-            furniture.cabinet,
-            people.hand,
+            birds_and_fish.bird,
+            ships_and_aircraft.aircraft,
+            cabinets.cabinet,
+            figures.hand,
             machines.fitting,
             plants.tree,
             vessels.lamp,
-            animals.fish,
-            furniture.sofa,
-            vehicles.boat,
+            birds_and_fish.fish,
+            seats.sofa,
+            ships_and_aircraft.boat,
             plants.flower,
             machines.tool,
             animals.insect,
             vessels.bottle,
+            buildings.building,
+            drapery.drapery,
         )
     }
 )
@@ -49,9 +65,6 @@ FAMILIES: Mapping[str, Maker] = MappingProxyType(
 
 TEST_SHARE_MADE, TEST_SHARE_REAL = 0.18, 0.4
 """Families and real meshes whose names' hashes lie below are never trained on."""
-
-SEEDS_APART = 100_000
-"""Numbers between the first shapes of two seeds."""
 
 
 def _place(name: str) -> float:
@@ -98,30 +111,3 @@ def make_shape(name: str) -> Mesh:
     rng = np.random.default_rng([int(number), zlib.crc32(family.encode())])
     vertices, faces = finished(FAMILIES[family](rng), rng)
     return Mesh(np.ascontiguousarray(vertices), np.ascontiguousarray(faces, dtype=np.int64), name)
-
-
-def shape_names(count: int, seed: int = 0, families: tuple[str, ...] | None = None, split: str = "all") -> list[str]:
-    """The names of a collection's first shapes, going round the families.
-
-    Args:
-        count: How many.
-        seed: Another seed, other shapes.
-        families: Only these, in the order of `FAMILIES`.
-        split: "training" leaves the test families out, "test" the others, "all" none.
-
-    Raises:
-        ArgumentError: An unknown family or split, or none is left.
-    """
-    unknown = sorted(set(families or ()) - set(FAMILIES))
-    if unknown:
-        raise ArgumentError("families", ", ".join(unknown), f"some of {', '.join(sorted(FAMILIES))}")
-    if split not in ("training", "test", "all"):
-        raise ArgumentError("split", split, "training, test or all")
-    chosen = [
-        family
-        for family in FAMILIES
-        if (families is None or family in families) and split in ("all", split_of(f"{family}_0"))
-    ]
-    if not chosen:
-        raise ArgumentError("families", ", ".join(families or ()), f"some that are for {split}")
-    return [f"{chosen[k % len(chosen)]}_{seed * SEEDS_APART + k // len(chosen)}" for k in range(count)]

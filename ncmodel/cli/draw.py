@@ -40,7 +40,7 @@ def draw(
     lines: Annotated[
         str | None,
         typer.Option(
-            help="Families, of contours,boundaries,creases,suggestive,ridges,valleys,apparent. "
+            help="Families, of contours,boundaries,creases,intersections,suggestive,ridges,valleys,apparent. "
             "(default all but ridges and valleys)"
         ),
     ] = None,

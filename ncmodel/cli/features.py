@@ -12,9 +12,10 @@ Keys, in the mesh's own vertex and face order, in object space (V vertices, F fa
     q1 (V,), t1 (V, 2), dt1q1 (V,)    squared view-dependent curvature, its direction along dir1 and dir2, its
                                       derivative along that
     FAMILY_segments (n, 2, 3), FAMILY_strength (n, 2), FAMILY_face (n,)
-                          for each of contours boundaries creases suggestive ridges valleys apparent: end points before
-                          hidden-line removal at threshold 0; dimensionless strength there (what a threshold is compared
-                          with, at most 1e30; 1 for families without a threshold); the face they lie on
+                          for each of contours boundaries creases intersections suggestive ridges valleys apparent: end
+                          points before hidden-line removal at threshold 0; dimensionless strength there (what a
+                          threshold is compared with, at most 1e30; 1 for families without a threshold); the face they
+                          lie on
 """
 
 from pathlib import Path

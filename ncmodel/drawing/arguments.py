@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from numbers import Real
 from typing import Any
 
-from ncmodel.drawing.plan import DEFAULT_FAMILIES, Plan
+from ncmodel.drawing.plan import CRUMB, DEFAULT_FAMILIES, Plan
 from ncmodel.errors import ArgumentError
 from ncmodel.types import FILTERED_FAMILIES, LineFamily, Thresholds
 
@@ -27,6 +27,8 @@ def plan_of(
 ) -> Plan:
     """The plan that draws what was asked for.
 
+    Whoever names thresholds sees what they leave, as it is found; whoever names families, all of their lines.
+
     Args:
         lines: The families; by default `DEFAULT_FAMILIES` and those that are given a threshold by name.
         thresholds: rtsc's defaults unless given.
@@ -46,7 +48,9 @@ def plan_of(
         values = Thresholds().with_values(**{family.value: value for family, value in named.items()})
     _check_thresholds(values)
     families = families_of(lines) if lines is not None else tuple(dict.fromkeys((*DEFAULT_FAMILIES, *named)))
-    return Plan(families, values, detail=float(detail), min_length=float(min_length))
+    finished = thresholds is None
+    crumb = CRUMB if finished and lines is None else 0.0
+    return Plan(families, values, finished=finished, crumb=crumb, detail=float(detail), min_length=float(min_length))
 
 
 def families_of(lines: Lines) -> tuple[LineFamily, ...]:

@@ -14,6 +14,7 @@ import numpy as np
 from ncmodel.camera import DEFAULT_AZIMUTH, DEFAULT_ELEVATION, DEFAULT_SIZE, Camera
 from ncmodel.drawing import arguments
 from ncmodel.drawing.drawing import Drawing
+from ncmodel.drawing.finishing import finish
 from ncmodel.drawing.importance import most_important, without_short
 from ncmodel.drawing.plan import Plan
 from ncmodel.drawing.strokes import strokes
@@ -143,6 +144,8 @@ def draw_view(view: View, plan: Plan, detail: Detail = BALANCED) -> Drawing:
         threshold = plan.thresholds.of(family)
         assert threshold is not None, "families that are left out aren't drawn"
         drawn += strokes_of(view, visible_segments(view, family, threshold, detail.sample_pixels), detail)
+    if plan.finished:
+        drawn = list(finish(drawn, view, plan.crumb))
     mesh = view.mesh
     chosen = _chosen_strokes(view, plan, (*drawn, *plan.strokes))
     return Drawing(view.camera, chosen, mesh.name, plan, mesh.notes, view.trace)
@@ -236,8 +239,8 @@ def _chosen(model: Chooser, view: View, preset: str, asked: tuple[LineFamily, ..
     allowed = asked if asked is not None else tuple(LineFamily)
     plan = model.choose(view, budget=preset, families=allowed)
     chosen = tuple(family for family in plan.families if family in allowed)
-    # Creases are no part of what every model can weigh; they are drawn if somebody wants them.
-    wanted = {LineFamily.CREASES} & set(asked or ()) - set(chosen)
+    # These are no part of what every model can weigh; they are drawn if somebody wants them.
+    wanted = (f for f in (LineFamily.CREASES, LineFamily.INTERSECTIONS) if f in (asked or ()) and f not in chosen)
     return replace(plan, families=(*chosen, *wanted))
 
 

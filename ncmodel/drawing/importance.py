@@ -18,7 +18,7 @@ Beyond = Callable[[Floats], Mask]
 """(N, 2) pixels -> (N,) True for those beyond the shape, where the background is seen."""
 
 SPECK = 16.0
-"""Pixels, at 768; a shorter piece of outline that meets no other is a small hole: a line inside."""
+"""Pixels, at 768; shorter pieces of outline that meet no long one are small holes: lines inside."""
 SPACING = 2.0
 """Pixels, at 768, between the places at which a stroke is looked at, at most."""
 BESIDE = 2.5
@@ -103,26 +103,35 @@ class _Part:
 
 def _places(strokes: Sequence[Stroke], beyond: Beyond, scale: float) -> list[_Places]:
     """Places along strokes, and whether they are on the outline; the background is asked for once."""
-    point, travelled, sideways = [np.zeros(0)], [np.zeros(0)], [np.zeros((0, 4, 2))]
-    for stroke in strokes:
-        length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(stroke.points, axis=0), axis=1))])
-        at = np.linspace(0.0, length[-1], int(length[-1] / (SPACING * scale)) + 2)
-        pixels = np.stack([np.interp(at, length, column) for column in stroke.points.T], axis=1)
-        along = np.gradient(pixels, axis=0)
-        along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
-        aside = BESIDE * scale * np.stack([-along[:, 1], along[:, 0]], axis=1)
-        point.append(np.interp(at, length, np.arange(len(length))))
-        travelled.append(at)
-        # Half as far, too: beyond a narrow gap the shape goes on.
-        sideways.append(np.stack([pixels + share * aside for share in (-1.0, -0.5, 0.5, 1.0)], axis=1))
-    outline = beyond(np.concatenate(sideways).reshape(-1, 2)).reshape(-1, 4).any(axis=1)
-    cuts = np.cumsum([len(at) for at in travelled])[:-1]
-    parts = zip(point[1:], travelled[1:], np.split(outline, cuts)[1:], strict=True)
-    return [_Places(*arrays) for arrays in parts]
+    if not strokes:
+        return []
+    points = np.concatenate([stroke.points for stroke in strokes])
+    first = np.cumsum([0, *(len(stroke.points) for stroke in strokes)])
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    steps[first[1:-1] - 1] = SPACING * scale  # from one stroke to the next
+    travelled = np.concatenate([[0.0], np.cumsum(steps)])
+    start, length = travelled[first[:-1]], travelled[first[1:] - 1] - travelled[first[:-1]]
+    count = (length / (SPACING * scale)).astype(np.int64) + 2
+    cuts = np.cumsum(count)
+    at = (np.arange(cuts[-1]) - np.repeat(cuts - count, count)) * np.repeat(length / (count - 1), count)
+    reached = np.repeat(start, count) + at
+    pixels = np.stack([np.interp(reached, travelled, column) for column in points.T], axis=1)
+    along = np.diff(pixels, axis=0, append=0.0)
+    along[cuts - 1] = along[cuts - 2]
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+    aside = BESIDE * scale * np.stack([-along[:, 1], along[:, 0]], axis=1)
+    # Half as far, too: beyond a narrow gap the shape goes on.
+    sideways = np.stack([pixels + share * aside for share in (-1.0, -0.5, 0.5, 1.0)], axis=1)
+    outline = beyond(sideways.reshape(-1, 2)).reshape(-1, 4).any(axis=1)
+    point = np.interp(reached, travelled, np.arange(len(points))) - np.repeat(first[:-1], count)
+    split = (np.split(values, cuts[:-1]) for values in (point, at, outline))
+    return [_Places(*arrays) for arrays in zip(*split, strict=True)]
 
 
 def _parts(stroke: Stroke, places: _Places, scale: float) -> list[_Part]:
     """A stroke cut where it leaves the outline or comes to it."""
+    if (places.outline == places.outline[0]).all():
+        return [_Part(stroke, bool(places.outline[0]))]
     outline = _without_runs(places.outline, places.at, False, SHORTEST_INSIDE * scale)
     outline = _without_runs(outline, places.at, True, SHORTEST_OUTLINE * scale)
     changes = np.flatnonzero(np.diff(outline))
@@ -139,22 +148,22 @@ def _parts(stroke: Stroke, places: _Places, scale: float) -> list[_Part]:
 
 
 def _without_specks(parts: Sequence[_Part], scale: float) -> list[_Part]:
-    """The same parts, of which those that would be specks of outline count as lines inside."""
+    """The same parts, of which short outlines that no others connect to a long one count as lines inside."""
     from scipy.spatial import cKDTree
 
     outlines = [number for number, part in enumerate(parts) if part.outline]
     if not outlines:
         return list(parts)
-    points = np.concatenate([parts[number].stroke.points for number in outlines])
+    tree = cKDTree(np.concatenate([parts[number].stroke.points for number in outlines]))
     owner = np.repeat(outlines, [len(parts[number].stroke.points) for number in outlines])
-    tree, found = cKDTree(points), list(parts)
-    for number in outlines:
-        stroke = parts[number].stroke
-        if _length(stroke) < SPECK * scale:
-            near = np.concatenate(tree.query_ball_point(stroke.points[[0, -1]], BESIDE * scale)).astype(np.int64)
-            if (owner[near] == number).all():
-                found[number] = _Part(stroke, False)
-    return found
+    short = [number for number in outlines if _length(parts[number].stroke) < SPECK * scale]
+    near = {number: tree.query_ball_point(parts[number].stroke.points[[0, -1]], BESIDE * scale) for number in short}
+    beside = {number: {int(owner[point]) for end in found for point in end} for number, found in near.items()}
+    held, specks = set(outlines).difference(short), set(short)
+    while joining := {number for number in specks if not beside[number].isdisjoint(held)}:
+        held |= joining
+        specks -= joining
+    return [_Part(part.stroke, part.outline and number not in specks) for number, part in enumerate(parts)]
 
 
 def _without_runs(state: Mask, at: Floats, value: bool, shortest: float) -> Mask:

@@ -23,7 +23,7 @@ REFERENCE_SIDE = 768
 RELATIVE_WIDTH = {LineFamily.RIDGES.value: 0.8, LineFamily.VALLEYS.value: 0.8}
 """Widths of families relative to the others', as rtsc draws them: 2 pixels where others have 2.5."""
 
-_GROUPS = ("image", "valleys", "ridges", "suggestive", "apparent", "creases", "boundaries", "contours")
+_GROUPS = ("image", "valleys", "ridges", "suggestive", "apparent", "intersections", "creases", "boundaries", "contours")
 _WHITE, _BLACK = (255, 255, 255), (0, 0, 0)
 _NAMED = {"white": _WHITE, "black": _BLACK}
 _LUMA = (0.299, 0.587, 0.114)

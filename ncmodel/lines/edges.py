@@ -8,7 +8,7 @@ import numpy as np
 from ncmodel.geometry.adjacency import Offsets, Rings
 from ncmodel.geometry.normals_areas import Indices, check_columns, sides_of
 from ncmodel.jit import kernel
-from ncmodel.types import Floats, Ints, LineFamily, LineSet
+from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mask
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +25,14 @@ class Edges:
 
     def __len__(self) -> int:
         return len(self.ends)
+
+    def take(self, kept: Mask | Ints) -> "Edges":
+        """Those selected by a mask or by indices."""
+        return Edges(self.ends[kept], self.face[kept])
+
+    def joined(self, others: "Edges") -> "Edges":
+        """These, and others after them."""
+        return Edges(np.concatenate([self.ends, others.ends]), np.concatenate([self.face, others.face]))
 
     def lines(self, family: LineFamily, vertices: Floats) -> LineSet:
         """The edges as lines that no threshold filters."""

@@ -19,7 +19,9 @@ from ncmodel.lines.occlusion import HIDDEN, SEEN, Occlusion, Smooth
 from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mask
 
 MESH_EDGES = (LineFamily.BOUNDARIES, LineFamily.CREASES)
-"""Families that lie on the flat faces' own edges and not on the smooth surface."""
+"""Families that lie on the flat faces' own edges."""
+FLAT = (*MESH_EDGES, LineFamily.INTERSECTIONS)
+"""Families that lie on the flat faces, and not on the smooth surface."""
 
 SAMPLE_PIXELS = 1.0
 """Distance of samples along the picture, unless told otherwise."""
@@ -48,7 +50,7 @@ def visible_pieces(
         lines: Lines on the scene's mesh.
         camera: Where they are seen from.
         scene: The mesh.
-        smooth: The surface whose lines they are, for lines inside faces; boundaries and creases need none.
+        smooth: The surface whose lines they are, for lines on it; those on the flat faces have none.
         sample_pixels: Distance along the picture of the points at which visibility is decided.
 
     Returns:

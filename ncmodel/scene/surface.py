@@ -10,7 +10,7 @@ from ncmodel.geometry import curvature, normals_areas
 from ncmodel.geometry.adjacency import Rings, rings_of
 from ncmodel.geometry.feature_size import enclosing_radius, feature_size_of_all, sampled_feature_size
 from ncmodel.geometry.normal_smoothing import smoothed_normals
-from ncmodel.lines import edges, ridges
+from ncmodel.lines import edges, intersections, ridges
 from ncmodel.tracing import stage, timed
 from ncmodel.types import Floats, LineSet, Mesh, Trace
 
@@ -141,6 +141,11 @@ class Surface:
             with timed(self.trace, "creases"):
                 self._creases[angle_degrees] = edges.creases(self.mesh.vertices, rings, math.radians(angle_degrees))
         return self._creases[angle_degrees]
+
+    @stage
+    def intersections(self) -> LineSet:
+        """Where the surface passes through itself, or one of its parts through another."""
+        return intersections.intersections(self.mesh.vertices, self.faces, self.rings)
 
     @stage
     def smoothed_normals(self) -> Floats:

@@ -149,13 +149,15 @@ class View:
         """The lines of a family that may be seen, at threshold 0.
 
         They are `lines` except for occluding contours, which are `outlines`: rays tell what is hidden, so curvature
-        isn't needed; for creases, of which bits of rough surfaces and of rounded edges are left out; and for lines
-        of curvature on the flats of a surface with creases, which have no curvature.
+        isn't needed; for creases, of which bits of rough surfaces are left out and lines along rounded edges are some;
+        and for lines of curvature on the flats of a surface with creases, which have no curvature.
         """
         if family is LineFamily.CONTOURS:
             return self.outlines
         if family is LineFamily.CREASES:
-            return creases.crease_lines(self.surface, self.crease_angle).lines(family, self.mesh.vertices)
+            found = creases.crease_lines(self.surface, self.crease_angle)
+            whole = self.surface.whole
+            return found.seen_from(self.eye, whole.mesh.vertices, whole.faces).lines(family, self.mesh.vertices)
         return creases.off_flats(self.lines(family), self.surface)
 
     def unhidden(self, lines: LineSet, sample_pixels: float = 1.0) -> LineSet:
@@ -166,13 +168,13 @@ class View:
             sample_pixels: Distance along the picture of the points at which that is decided.
         """
         from ncmodel.lines.occlusion import Smooth
-        from ncmodel.lines.visibility import MESH_EDGES, visible_pieces
+        from ncmodel.lines.visibility import FLAT, visible_pieces
 
         if len(lines) == 0:
             return lines
         surface, scene = self.surface, self.surface.scene
         smooth = None
-        if lines.family not in MESH_EDGES:
+        if lines.family not in FLAT:
             smooth = Smooth(self.mesh.vertices, surface.faces, surface.normals)
         with timed(self.trace, f"visible_{lines.family}"):
             return visible_pieces(lines, self.camera, scene, smooth, sample_pixels)
@@ -242,6 +244,10 @@ def _boundaries(view: View) -> LineSet:
     return view.surface.boundary_edges.lines(LineFamily.BOUNDARIES, view.mesh.vertices)
 
 
+def _intersections(view: View) -> LineSet:
+    return view.surface.intersections
+
+
 def _creases(view: View) -> LineSet:
     return view.surface.creases(view.crease_angle).lines(LineFamily.CREASES, view.mesh.vertices)
 
@@ -250,6 +256,7 @@ _EXTRACTORS: dict[LineFamily, Callable[[View], LineSet]] = {
     LineFamily.CONTOURS: _contours,
     LineFamily.BOUNDARIES: _boundaries,
     LineFamily.CREASES: _creases,
+    LineFamily.INTERSECTIONS: _intersections,
     LineFamily.SUGGESTIVE: _suggestive,
     LineFamily.APPARENT: _apparent,
     LineFamily.RIDGES: _ridges,

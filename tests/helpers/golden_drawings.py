@@ -30,10 +30,10 @@ def torus() -> Geometry:
 
 
 def window() -> Geometry:
-    """A bumpy torus with a window, beside a block: lines of all seven families."""
+    """A bumpy torus with a window, and a block that pierces it: lines of all eight families."""
     vertices, faces = analytic.torus(16, 10)
     vertices = vertices * (1 + 0.3 * np.sin(18 * vertices[:, :1]) * np.cos(11 * vertices[:, 2:]))
-    return joined((vertices, faces[20:]), moved(box(), (0.5, -0.2, 0.1), 0.3))
+    return joined((vertices, faces[20:]), moved(box(), (0.4, -0.2, 0.1), 0.3))
 
 
 def open_box() -> Geometry:
@@ -46,7 +46,8 @@ DRAWINGS = {
     "torus": (torus, "draw torus.obj -o torus.svg --size 96"),
     "window": (
         window,
-        "draw window.obj -o window.svg --size 96 --lines contours,boundaries,creases,suggestive,ridges,valleys,apparent"
+        "draw window.obj -o window.svg --size 96"
+        " --lines contours,boundaries,creases,intersections,suggestive,ridges,valleys,apparent"
         " --thresholds suggestive=0.02,apparent=1",
     ),
     "open_box": (open_box, "draw open_box.obj -o open_box.svg --size 128 --azimuth 50"),

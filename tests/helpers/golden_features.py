@@ -18,7 +18,7 @@ GOLDEN = Path(__file__).parents[1] / "golden" / "features.npz"
 
 
 def golden_view() -> View:
-    """A bumpy torus with a window: curvatures of both signs, every family of lines."""
+    """A bumpy torus with a window: curvatures of both signs, every family of lines but intersections."""
     vertices, faces = analytic.torus(24, 14)
     vertices = vertices * (1 + 0.25 * np.sin(18 * vertices[:, :1]) * np.cos(11 * vertices[:, 2:]))
     surface = Surface(make_mesh(vertices, faces[28:], "golden"), sizing="sampled")

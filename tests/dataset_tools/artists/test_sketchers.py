@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from dataset_tools.artists.motif import Motif, strength_of
-from dataset_tools.artists.shading_lines import shading_lines
-from dataset_tools.artists.sketchers import SHADING, sketchers
+from dataset_tools.artists.shading_lines import KIND, shading_lines
+from dataset_tools.artists.sketchers import sketchers
 from ncmodel.chamfer import distance_to
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
@@ -94,7 +94,7 @@ def test_the_terminator_of_a_sphere_is_a_line_of_shading() -> None:
     view = seen(icosphere(4, 0.4))
     lines = shading_lines(Motif(view), np.array([1.0, 0.0, 0.0]), level=0.5, blur=4.0)
     longest = max(lines, key=lambda line: line.length)
-    assert longest.kind == SHADING
+    assert longest.kind == KIND
     assert np.abs(longest.points[:, 0] - 384.0).max() < 8.0
 
 

@@ -1,5 +1,6 @@
 """The outline alone, all lines, and what is in between: on strokes made by hand and on shapes."""
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -92,9 +93,17 @@ def test_a_small_hole_is_no_outline() -> None:
         return np.asarray(beyond(pixels) | (np.linalg.norm(pixels - SIDE / 2, axis=1) < 2.0))
 
     angle = np.linspace(0.0, 2.0 * np.pi, 13)
-    hole = Stroke("creases", SIDE / 2 + 2.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1), np.ones(13))
-    assert same(most_important([OUTLINE, hole], 0.0, holed, 1.0), [OUTLINE])
-    assert same(most_important([OUTLINE, hole], 0.9, holed, 1.0), [OUTLINE, hole])
+    points = SIDE / 2 + 2.0 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    for pieces in ([points], [points[:7], points[6:]]):
+        hole = [Stroke("creases", piece, np.ones(len(piece))) for piece in pieces]
+        assert same(most_important([OUTLINE, *hole], 0.0, holed, 1.0), [OUTLINE])
+        assert same(most_important([OUTLINE, *hole], 0.99, holed, 1.0), [OUTLINE, *hole])
+
+
+def test_an_outline_of_short_pieces_that_hang_on_a_long_one_stays() -> None:
+    corners = [(100, 100), (300, 100), (300, 285), (300, 295), (300, 300), (290, 300)]
+    pieces = [stroke(*ends, family="creases") for ends in itertools.pairwise(corners)]
+    assert same(most_important(pieces, 0.0, beyond, 1.0), pieces)
 
 
 def test_short_strokes_are_left_out_except_the_outline_s() -> None:

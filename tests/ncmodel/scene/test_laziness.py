@@ -13,6 +13,7 @@ FOR_LINES = {
     # What each family needs before its own extraction.
     "boundaries": {"faces", "is_closed", "boundary_edges"},
     "creases": {"faces", "rings", "creases"},
+    "intersections": {"faces", "rings", "intersections"},
     "suggestive": {"faces", "normals", "n_dot_v", *CURVATURE, "dcurv", "enclosing_radius", "feature_size"}
     | {"radial_curvature", "sc_num"},
     "ridges": {"faces", "normals", "n_dot_v", *CURVATURE, "dcurv", "enclosing_radius", "feature_size"}
@@ -46,6 +47,16 @@ def test_visible_contours_need_no_curvature() -> None:
     assert len(view.visible(LineFamily.CONTOURS)) > 0
     assert not {"curvature", "dcurv", "radial_curvature", "feature_size"} & set(stages(view))
     assert {"facing_slope", "outlines", "visible_contours", "polygonal_outlines"} <= set(stages(view))
+
+
+def test_intersections_are_found_once_for_all_views() -> None:
+    surface = Surface(Mesh(*analytic.torus(24, 12)))
+    for eye in ((1.3, 1.1, 2.4), (-2.0, 0.3, 1.0)):
+        View(surface, Camera(eye)).visible(LineFamily.INTERSECTIONS)
+    assert [timing.stage for timing in surface.trace.timings].count("intersections") == 1
+    contours = view_of(Mesh(*analytic.torus(24, 12)))
+    contours.visible(LineFamily.CONTOURS)
+    assert "intersections" not in stages(contours)
 
 
 def test_apparent_ridges_need_no_derivative_of_curvature() -> None:

@@ -1,15 +1,14 @@
-"""Furniture: chairs, sofas, cabinets and tables; legs turned or square, cushions, slats, drawers, handles."""
+"""Chairs and sofas: legs turned or square, slats, spindles, cushions."""
 
 import numpy as np
 
-from dataset_tools.collection.anatomy import SIDES, warped
+from dataset_tools.modelling.anatomy import SIDES, warped
 from dataset_tools.modelling.fields import frame, ripples, smooth_curve
 from dataset_tools.modelling.patches import (
     block,
     lathe,
     merged,
     moved,
-    outwards,
     refined,
     rounded_profile,
     tube,
@@ -18,9 +17,10 @@ from dataset_tools.modelling.sculpting import Surface
 from ncmodel.types import Floats
 
 
-def _box(
+def box(
     low: tuple[float, float, float], high: tuple[float, float, float], rounding: float, divisions: int = 4
 ) -> Surface:
+    """A block between two corners."""
     a, b = np.array(low), np.array(high)
     return moved(block((b - a) / 2, rounding, 2, divisions), (a + b) / 2)
 
@@ -46,7 +46,7 @@ def cushion(rng: np.random.Generator, half: Floats, divisions: int = 14) -> Surf
     return placed, faces
 
 
-def _leg(rng: np.random.Generator, top: Floats, foot: Floats, thick: float, style: int, seed: int) -> Surface:
+def leg(rng: np.random.Generator, top: Floats, foot: Floats, thick: float, style: int, seed: int) -> Surface:
     """A leg from the floor up: square, tapered, turned, or bent; the same for a style and a seed."""
     same = np.random.default_rng(seed)
     t = np.linspace(0, 1, 22)
@@ -99,14 +99,14 @@ def chair(rng: np.random.Generator) -> Surface:
             lying = np.array([[0, 1.0, 0], [1.0, 0, 0], [0, 0, -1.0]]) @ frame(rng.uniform(0, 3))
             parts.append(moved(moved(caster, axes=lying), axes[2] * 0.3 + [0, 0.035, 0]))
     else:
-        parts += [_leg(rng, top, foot, thick, style, seed) for top, foot in zip(corners, feet, strict=True)]
+        parts += [leg(rng, top, foot, thick, style, seed) for top, foot in zip(corners, feet, strict=True)]
         for a, b in ((0, 1), (2, 3), (0, 2))[: int(rng.integers(0, 4))]:
             low = rng.uniform(0.2, 0.5)
             ends = [feet[k] + low * (corners[k] - feet[k]) for k in (a, b)]
             parts.append(tube(np.linspace(ends[0], ends[1], 6), 0.55 * thick, 10))
     if swivel or rng.random() < 0.55:
         parts.append(moved(cushion(rng, np.array([wide / 2, rng.uniform(0.03, 0.06), deep / 2])), (0, seat + 0.03, 0)))
-    parts.append(_box((-wide / 2, seat - 0.03, -deep / 2), (wide / 2, seat, deep / 2), rng.uniform(0.004, 0.014), 8))
+    parts.append(box((-wide / 2, seat - 0.03, -deep / 2), (wide / 2, seat, deep / 2), rng.uniform(0.004, 0.014), 8))
     if rng.random() < 0.9:
         parts += _chair_back(rng, wide, deep, seat, thick, swivel)
     if rng.random() < 0.4:
@@ -122,7 +122,7 @@ def chair(rng: np.random.Generator) -> Surface:
                 ]
             )
             parts.append(tube(smooth_curve(knots, 7), 0.9 * thick, 12))
-            parts.append(_box((x - 0.03, rest, -0.35 * deep), (x + 0.03, rest + 0.03, 0.4 * deep), 0.012))
+            parts.append(box((x - 0.03, rest, -0.35 * deep), (x + 0.03, rest + 0.03, 0.4 * deep), 0.012))
     return moved(merged(parts), axes=frame(rng.uniform(-1.0, 1.0)))
 
 
@@ -166,7 +166,7 @@ def sofa(rng: np.random.Generator) -> Surface:
     seats, wide, deep = int(rng.integers(1, 4)), rng.uniform(0.5, 0.65), rng.uniform(0.6, 0.8)
     arm, seat, foot = rng.uniform(0.08, 0.2), rng.uniform(0.2, 0.3), rng.uniform(0.04, 0.14)
     half = seats * wide / 2
-    parts = [_box((-half - arm, foot, -deep / 2), (half + arm, foot + seat, deep / 2), 0.03, 10)]
+    parts = [box((-half - arm, foot, -deep / 2), (half + arm, foot + seat, deep / 2), 0.03, 10)]
     high, lean = rng.uniform(0.4, 0.6), rng.uniform(0.05, 0.3)
     parts.append(
         moved(
@@ -222,126 +222,3 @@ def sofa(rng: np.random.Generator) -> Surface:
         axes = frame(rng.uniform(-0.5, 0.5), -rng.uniform(0.3, 0.7), rng.uniform(-0.5, 0.5))
         parts.append(moved(pillow, (rng.uniform(-half, half) * 0.8, foot + seat + 0.15 + size, -0.1), axes))
     return warped(moved(merged(parts), axes=frame(rng.uniform(-0.7, 0.7))), rng, 0.008)
-
-
-def cabinet(rng: np.random.Generator) -> Surface:
-    """A chest, dresser, bookcase, desk or table: drawers and doors open a little, knobs, things on it."""
-    wide, high, deep = rng.uniform(0.6, 1.4), rng.uniform(0.6, 1.5), rng.uniform(0.35, 0.6)
-    foot, wall = rng.uniform(0.05, 0.3), rng.uniform(0.018, 0.035)
-    thick, style, seed = 0.035, int(rng.integers(4)), int(rng.integers(1 << 30))
-    parts = []
-    for x in SIDES:
-        for z in SIDES:
-            top = np.array([x * (wide / 2 - 0.05), foot + 0.01, z * (deep / 2 - 0.05)])
-            parts.append(_leg(rng, top, top * [1.02, 0, 1.02], thick, style, seed))
-    columns, rows = int(rng.integers(1, 4)), int(rng.integers(2, 6))
-    parts.append(_box((-wide / 2, foot, -deep / 2), (wide / 2, foot + wall, deep / 2), 0.004))
-    parts.append(_box((-wide / 2, foot, -deep / 2), (wide / 2, foot + high, -deep / 2 + wall), 0.004))
-    for k in range(columns + 1):
-        x = -wide / 2 + wide * k / columns
-        parts.append(_box((x - wall / 2, foot, -deep / 2), (x + wall / 2, foot + high, deep / 2), 0.004, 6))
-    over = rng.uniform(0.0, 0.06)
-    parts.append(
-        _box(
-            (-wide / 2 - over, foot + high, -deep / 2),
-            (wide / 2 + over, foot + high + 0.04, deep / 2 + over),
-            rng.uniform(0.005, 0.018),
-            8,
-        )
-    )
-    knob = lathe(
-        refined(
-            rounded_profile([(0, 0), (0.012, 0), (0.01, 0.015), (0.024, 0.03), (0.015, 0.042), (0, 0.045)], 0.006), 0.01
-        ),
-        16,
-    )
-    outward = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])
-    bar = rng.random() < 0.5
-    for column in range(columns):
-        left, right = (-wide / 2 + wide * (column + k) / columns for k in (0, 1))
-        kind = int(rng.integers(3))
-        for row in range(rows):
-            low, upper = (foot + wall + (high - wall) * (row + k) / rows for k in (0, 1))
-            parts.append(_box((left, low - wall / 2, -deep / 2), (right, low + wall / 2, deep / 2 - 0.02), 0.003))
-            if kind == 0:
-                parts += _drawer(rng, (left, low, right, upper), deep, wall, knob, outward, bar)
-            elif kind == 1:
-                parts += _books(rng, (left, low, right, upper), deep)
-        if kind == 2:
-            hinge = rng.uniform(0.0, 1.2) if rng.random() < 0.6 else 0.0
-            width = right - left - wall
-            door = merged(
-                [
-                    _box((0, 0.01, -wall), (width, high - 0.02, 0), 0.004, 6),
-                    *(
-                        _box((a, b, 0), (c, d, 0.012), 0.005)
-                        for a, b, c, d in (
-                            (0, 0, 0.06, high),
-                            (width - 0.06, 0, width, high),
-                            (0, 0, width, 0.06),
-                            (0, high - 0.07, width, high),
-                            (0, 0.5 * high, width, 0.5 * high + 0.06),
-                        )
-                    ),
-                    moved(knob, (width - 0.03, 0.55 * high, 0.01), outward),
-                ]
-            )
-            parts.append(moved(door, (left + wall / 2, foot, deep / 2), frame(-hinge)))
-    for _ in range(int(rng.integers(0, 3))):
-        radius, tall = rng.uniform(0.04, 0.09), rng.uniform(0.1, 0.3)
-        body = smooth_curve(
-            np.array([(0.6 * radius, 0), (radius, 0.4 * tall), (0.4 * radius, 0.8 * tall), (0.6 * radius, tall)]), 7
-        )
-        pot = outwards(lathe(np.concatenate([body, (body - [0.012, 0])[::-2][:-2]]), 32))
-        parts.append(moved(pot, (rng.uniform(-0.4, 0.4) * wide, foot + high + 0.04, rng.uniform(-0.2, 0.2) * deep)))
-    return moved(merged(parts), axes=frame(rng.uniform(-0.6, 0.9)))
-
-
-def _drawer(
-    rng: np.random.Generator,
-    front: tuple[float, float, float, float],
-    deep: float,
-    wall: float,
-    knob: Surface,
-    outward: Floats,
-    bar: bool,
-) -> list[Surface]:
-    left, low, right, top = front
-    out = float(rng.choice([0.0, 0.0, 0.0, rng.uniform(0.05, 0.25)]))
-    z, gap = deep / 2 + out, 0.006 + wall / 2
-    parts = [_box((left + gap, low + gap, z - 0.02), (right - gap, top - gap, z + 0.015), 0.007, 6)]
-    inset = 0.035
-    if top - low > 0.15:
-        parts.append(
-            _box((left + gap + inset, low + gap + inset, z), (right - gap - inset, top - gap - inset, z + 0.024), 0.008)
-        )
-    if out:
-        for x in (left + 0.03, right - 0.05):
-            parts.append(_box((x, low + 0.03, z - out - 0.1), (x + 0.014, top - 0.05, z), 0.003))
-        parts.append(_box((left + 0.03, low + 0.03, z - out - 0.1), (right - 0.03, low + 0.045, z), 0.003))
-    middle, level = (left + right) / 2, (low + top) / 2
-    if bar:
-        reach = 0.25 * (right - left)
-        grip = np.array(
-            [
-                (middle - reach, level, z),
-                (middle - reach, level, z + 0.05),
-                (middle + reach, level, z + 0.05),
-                (middle + reach, level, z),
-            ]
-        )
-        return [*parts, tube(rounded_profile(refined(grip, 0.06), 0.015), 0.009, 10)]
-    spots = (middle,) if right - left < 0.45 else (left + 0.25 * (right - left), right - 0.25 * (right - left))
-    return parts + [moved(knob, (x, level, z + 0.02), outward) for x in spots]
-
-
-def _books(rng: np.random.Generator, front: tuple[float, float, float, float], deep: float) -> list[Surface]:
-    left, low, right, top = front
-    parts, x = [], left + 0.03
-    while x < right - 0.08 and rng.random() < 0.93:
-        width, tall = rng.uniform(0.018, 0.05), (top - low) * rng.uniform(0.55, 0.88)
-        book = _box((0, 0, 0), (width, tall, 0.6 * deep), 0.004, 2)
-        tilt = frame(0, 0, rng.uniform(0.1, 0.25)) if rng.random() < 0.1 else frame()
-        parts.append(moved(book, (x, low + 0.012, deep * rng.uniform(-0.25, -0.15)), tilt))
-        x += width + (0.06 if tilt[0, 1] else 0.003)
-    return parts

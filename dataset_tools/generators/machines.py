@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dataset_tools.collection.anatomy import face_budget
+from dataset_tools.modelling.anatomy import face_budget
 from dataset_tools.modelling.fields import (
     Part,
     Place,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dataset_tools.collection.anatomy import warped
+from dataset_tools.modelling.anatomy import warped
 from dataset_tools.modelling.fields import frame, smooth_curve
 from dataset_tools.modelling.patches import lathe, merged, moved, outwards, refined, rounded_profile, tube
 from dataset_tools.modelling.sculpting import Surface
