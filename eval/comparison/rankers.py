@@ -9,9 +9,8 @@ import numpy as np
 from eval.measures.bootstrap import PairAccuracy, pair_accuracy, percentile_interval, resampled_means
 from ncmodel.data.item import Item
 from ncmodel.data.pairs import Pair
-from ncmodel.model.preference import Preference, Reliability, Votes, fit_preference, reliability
+from ncmodel.model.preference import Preference, Reliability, Votes, cross_fitted, fit_preference, reliability
 from ncmodel.report.intervals import Interval
-from ncmodel.types import Floats
 
 
 @dataclass(frozen=True)
@@ -98,17 +97,3 @@ def _calibration(
     votes = Votes.of(pairs, *_ends(pairs, scores))
     predicted = cross_fitted(votes, [pair.item.shape for pair in pairs])
     return fit_preference(votes), reliability(predicted, votes.wins, votes.losses)
-
-
-def cross_fitted(votes: Votes, shapes: Sequence[str]) -> Floats:
-    """(N,) share of people who prefer the first drawing of each pair, its temperature fitted on the other shapes.
-
-    With one shape alone, on that.
-    """
-    shape = np.array(shapes)
-    predicted = np.empty(len(shape))
-    for held_out in dict.fromkeys(shapes):
-        own = shape == held_out
-        fitted = fit_preference(votes if own.all() else votes.take(~own))
-        predicted[own] = fitted.share(votes.difference[own])
-    return predicted
