@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 import torch
@@ -32,6 +33,16 @@ HABIT_VIEWS = 512
 
 SHRINKAGE = 1e-3
 """Ridge on the weights of `VOICES`: where few votes are at hand, none gets very large."""
+
+
+class Numbers(Protocol):
+    """The numbers of items' drawings."""
+
+    def of(self, item: Item) -> Statistics:
+        """The numbers of all drawings that settings give."""
+
+    def settings(self, item: Item) -> Ints:
+        """Which setting each drawing has that pairs speak of; -1 for what no setting gives."""
 
 
 class DrawingNumbers:
@@ -111,7 +122,7 @@ class StatisticsObjective:
         self,
         preset: Preset,
         ranker: StatisticsRanker,
-        numbers: DrawingNumbers,
+        numbers: Numbers,
         pairs: Sequence[Pair],
         progress: Progress = silent,
     ) -> None:
@@ -188,7 +199,7 @@ def learn_habit(objective: StatisticsObjective) -> None:
     objective.ranker.habit.copy_(habit)
 
 
-def learn_mix(objective: StatisticsObjective, pictures: RankingModule | None, images: ViewImages) -> None:
+def learn_mix(objective: StatisticsObjective, pictures: RankingModule | None, images: ViewImages | None) -> None:
     """Set how much each of `VOICES` counts: the logistic regression of held-out votes on what they say of pairs.
 
     Without held-out pairs, statistics alone count.
@@ -196,14 +207,16 @@ def learn_mix(objective: StatisticsObjective, pictures: RankingModule | None, im
     Args:
         objective: Of the trained ranker, habit learnt.
         pictures: The ranking module, if there is one.
-        images: What it sees.
+        images: What it sees, if there is.
     """
     pairs = objective.held_out
     if not pairs:
         return
     habit = objective.ranker.habit.double().numpy()
     settings = np.array([objective.numbers.settings(p.item)[[p.better, p.worse]] for p in pairs])
-    seen = np.zeros(len(pairs)) if pictures is None else picture_margins(pictures, images, pairs)
+    seen = np.zeros(len(pairs))
+    if pictures is not None and images is not None:
+        seen = picture_margins(pictures, images, pairs)
     voices = np.column_stack([objective.margins(), habit[settings[:, 0]] - habit[settings[:, 1]], seen])
     objective.ranker.mix.copy_(torch.from_numpy(logistic_weights(voices)))
 
