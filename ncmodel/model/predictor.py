@@ -93,7 +93,7 @@ class Model:
         variant = variant or self.variants[0]
         if variant not in self.variants:
             raise ArgumentError("variant", repr(variant), f"one of {', '.join(self.variants)}, which this model offers")
-        seen = _as_seen(view)
+        seen = as_seen(view)
         maps = network_maps(seen)
         strokes = () if variant == "geometry" else self._image_lines(maps, seen)
         plan = Plan((), Thresholds(None, None, None, None, unit="p90"), strokes)
@@ -180,7 +180,7 @@ def load_model(path: str | Path) -> Model:
     return Model(load_checkpoint(checkpoint_path(path)))
 
 
-def _as_seen(view: View) -> View:
+def as_seen(view: View) -> View:
     """The view at the resolution that the networks' inputs come from."""
     camera = view.camera
     # A strip is seen at less than that, so that its length stays bounded.
