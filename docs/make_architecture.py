@@ -17,7 +17,7 @@ from tests.helpers.imports import CHAIN, ROOT, TEMPLATES, folder_imports, folder
 
 FIGURE = Path(__file__).with_name("architecture.svg")
 
-WIDTH, MARGIN = 930, 16
+WIDTH, MARGIN = 960, 16
 BOX, HEIGHT, PITCH = 210, 68, 92
 """Width and height of a room, and from one row to the next, in pixels."""
 GAP, PASSAGE = 14, 16

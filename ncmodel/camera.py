@@ -90,6 +90,12 @@ class Camera:
             v = self.height / 2 - self.focal_pixels * local[..., 1] / distance
         return np.stack([u, v, distance], axis=-1)
 
+    def rays(self, pixels: Floats) -> Floats:
+        """(N, 3) directions from the eye through (N, 2) pixels, of length 1 along the optical axis."""
+        x = (pixels[:, 0] - self.width / 2) / self.focal_pixels
+        y = (self.height / 2 - pixels[:, 1]) / self.focal_pixels
+        return np.asarray(np.stack([x, y, np.full(len(pixels), -1.0)], axis=1) @ self.rotation)
+
     def resized(self, width: int, height: int) -> "Camera":
         """The same view at another resolution: scaled so that the shorter side shows the same angle."""
         scale = min(width, height) / min(self.width, self.height)

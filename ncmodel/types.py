@@ -258,11 +258,13 @@ class Stroke:
         family: The family's name; "image" for lines that the image translation branch adds.
         points: (n, 2) pixel coordinates (u right, v down).
         alpha: (n,) opacity in [0, 1], linear between points.
+        depth: (n,) distance in front of the camera plane; None for lines that don't come from the mesh.
     """
 
     family: str
     points: Floats
     alpha: Floats
+    depth: Floats | None = None
 
 
 @dataclass(frozen=True)

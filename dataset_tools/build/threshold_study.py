@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from dataset_tools.build.config import BuildConfig
-from dataset_tools.candidates.candidates import FILTERS
 from ncmodel.config import read_config
 from ncmodel.data.data_folder import DataFolder
+from ncmodel.drawing.settings import FILTERS
 from ncmodel.drawing.thresholding import fade
 from ncmodel.scene.view import View
 from ncmodel.types import Floats, LineFamily, Threshold

@@ -6,9 +6,8 @@ view, 4 of them after edge-preserving filtering. A layer is drawn once, grey wit
 maximum of its layers.
 """
 
-import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
@@ -17,33 +16,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ncmodel.chamfer import distance_to
-from ncmodel.drawing.draw import strokes_of
-from ncmodel.drawing.thresholding import fade
+from ncmodel.drawing.settings import INK_LEVEL, Layer, Levels, draw_layer
 from ncmodel.export.page import line_width
-from ncmodel.export.png import strokes_ink
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed
-from ncmodel.types import Image, LineFamily, Mask, Threshold
-
-INK_LEVEL = 0.1
-"""A pixel is inked where a drawing is darker than this."""
-
-FILTERS = {
-    "suggestive": (LineFamily.SUGGESTIVE,),
-    "apparent": (LineFamily.APPARENT,),
-    "ridges_valleys": (LineFamily.RIDGES, LineFamily.VALLEYS),
-}
-"""What is switched through its thresholds together."""
+from ncmodel.types import Image, Mask
 
 
 @dataclass(frozen=True)
-class CandidateThresholds:
+class CandidateThresholds(Levels):
     """The thresholds that candidates go through, each family also off.
 
     Attributes:
-        suggestive: Thresholds in rtsc's units, the paper's.
-        apparent: Likewise; chosen so that kept lengths differ on real meshes.
-        ridges_valleys: Likewise.
         canny: Upper hysteresis thresholds on the gradient of a shaded view of 0..255; the lower ones are `canny_low` of
             them.
         canny_low: See there.
@@ -51,9 +35,6 @@ class CandidateThresholds:
         smooth_range: Its range scale, in greys of 0..255.
     """
 
-    suggestive: tuple[float, float, float] = (0.001, 0.01, 0.1)
-    apparent: tuple[float, float, float] = (0.01, 0.1, 1.0)
-    ridges_valleys: tuple[float, float, float] = (0.03, 0.1, 0.3)
     canny: tuple[float, float, float, float] = (40.0, 80.0, 160.0, 320.0)
     canny_low: float = 0.4
     smooth_space: float = 0.02
@@ -61,19 +42,13 @@ class CandidateThresholds:
 
 
 @dataclass(frozen=True)
-class Layer:
-    """One layer: line families at a threshold, or Canny edges.
+class Edges(Layer):
+    """A layer of Canny edges, `threshold` its upper one.
 
     Attributes:
-        name: Unique.
-        families: Lines drawn at `threshold`; none for Canny edges.
-        threshold: rtsc's for lines, Canny's upper one for edges; 0 for families without one.
-        smoothed: For edges: after edge-preserving filtering.
+        smoothed: After edge-preserving filtering.
     """
 
-    name: str
-    families: tuple[LineFamily, ...] = ()
-    threshold: float = 0.0
     smoothed: bool = False
 
 
@@ -96,30 +71,14 @@ class Spec:
 
 def layers_of(thresholds: CandidateThresholds) -> list[Layer]:
     """All layers, in a fixed order."""
-    lines = [
-        Layer(family.value, (family,)) for family in (LineFamily.CONTOURS, LineFamily.CREASES, LineFamily.BOUNDARIES)
-    ]
-    for name, families in FILTERS.items():
-        lines += [Layer(f"{name}@{threshold:g}", families, threshold) for threshold in getattr(thresholds, name)]
-    edges = [Layer(f"canny@{threshold:g}", (), threshold) for threshold in thresholds.canny]
-    smoothed = [Layer(f"smoothed_canny@{threshold:g}", (), threshold, smoothed=True) for threshold in thresholds.canny]
-    return [*lines, *edges, *smoothed]
+    edges = [Edges(f"canny@{threshold:g}", (), threshold) for threshold in thresholds.canny]
+    smoothed = [Edges(f"smoothed_canny@{threshold:g}", (), threshold, smoothed=True) for threshold in thresholds.canny]
+    return [*thresholds.layers, *edges, *smoothed]
 
 
 def specs_of(thresholds: CandidateThresholds) -> list[Spec]:
-    """The 264 candidates in their fixed order.
-
-    Suggestive, apparent, ridges with valleys, creases, borders (the last one changes fastest), then Canny and Canny
-    after filtering.
-    """
-    choices = [(*getattr(thresholds, name), None) for name in FILTERS]
-    specs = []
-    for *values, creases, borders in itertools.product(*choices, (False, True), (False, True)):
-        chosen = dict(zip(FILTERS, values, strict=True))
-        names = [LineFamily.CONTOURS.value]
-        names += [f"{name}@{threshold:g}" for name, threshold in chosen.items() if threshold is not None]
-        names += [LineFamily.CREASES.value] * creases + [LineFamily.BOUNDARIES.value] * borders
-        specs.append(Spec(tuple(names), {"kind": "lines", **chosen, "creases": creases, "borders": borders}))
+    """The 264 candidates in their fixed order: the settings of lines, then Canny and Canny after filtering."""
+    specs = [Spec(setting.layers, {"kind": "lines", **asdict(setting)}) for setting in thresholds.settings]
     for smoothed, prefix in ((False, "canny"), (True, "smoothed_canny")):
         for threshold in thresholds.canny:
             settings = {
@@ -173,19 +132,17 @@ def draw_candidates(view: View, thresholds: CandidateThresholds) -> Candidates:
 
 
 def draw_layers(view: View, layers: Sequence[Layer], thresholds: CandidateThresholds) -> Image:
-    """(L, H, W) grey ink of layers: lines as a drawing at the layer's threshold has them."""
+    """(L, H, W) grey ink of layers."""
     camera = view.camera
     ink = np.zeros((len(layers), camera.height, camera.width), dtype=np.float32)
     edges = _Edges(view, thresholds)
     for image, layer in zip(ink, layers, strict=True):
-        for family in layer.families:
-            strokes = strokes_of(view, fade(view.visible(family), Threshold(layer.threshold)))
-            with timed(view.trace, "raster"):
-                np.maximum(image, strokes_ink(strokes, camera), out=image)
-        if not layer.families:
+        if isinstance(layer, Edges):
             with timed(view.trace, "canny"):
                 width = line_width("canny", camera.width, camera.height)
                 image[:] = thick(edges.at(layer.threshold, layer.smoothed), width)
+        else:
+            draw_layer(view, layer, image)
     return ink
 
 

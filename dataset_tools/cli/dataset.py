@@ -25,6 +25,7 @@ def build(
     seed: Annotated[int | None, typer.Option(help="Of azimuths and selection. (default 0)")] = None,
     up: Up = None,
     up_table: Annotated[Path | None, typer.Option(help="Axes of single files: a CSV with columns file, up.")] = None,
+    split: Annotated[str, typer.Option(help="Only meshes whose names are for training, or for test; all.")] = "all",
     min_faces: Annotated[int | None, typer.Option(help="Skip shapes with fewer faces. (default 2000)")] = None,
     workers: Annotated[int | None, typer.Option(help="Processes; 0: this one, no limits. (default one a core)")] = None,
     scheduler: Annotated[str | None, typer.Option(help="Dask scheduler, tcp://HOST:PORT, instead of workers.")] = None,
@@ -36,6 +37,7 @@ def build(
     from dataset_tools.build.mesh_files import find_sources, read_up_table
     from dataset_tools.build.runners import core_count, runner_for
     from dataset_tools.build.summary import summary_record, summary_text
+    from dataset_tools.collection.selection import sources_of
     from ncmodel.data.data_folder import DataFolder
     from ncmodel.drawing.arguments import size_of
 
@@ -43,13 +45,38 @@ def build(
     chosen = {"views": views, "width": width, "height": height, "seed": seed, "up": up, "min_faces": min_faces}
     rules = read_up_table(up_table) if up_table else None
     settings = _settings(config, DataFolder(data_dir).config_path, {**chosen, "up_rules": rules})
-    sources = find_sources(mesh_dir, data_dir)
+    sources = sources_of(find_sources(mesh_dir, data_dir), split)
     with runner_for(core_count() if workers is None else workers, scheduler) as runner:
         summary = build_dataset(sources, data_dir, settings, runner, progress, retry)
     emit(summary_record(summary), as_json, summary_text(summary))
     failed = summary.count("failed")
     if failed:
         raise BatchError(f"{failed} views failed, reasons in {DataFolder(data_dir).index_path}")
+
+
+@group.command()
+def shapes(
+    mesh_dir: Annotated[Path, typer.Argument(help="Folder to write the meshes to, or to go on with.")],
+    count: Annotated[int, typer.Option(help="How many.", min=1)] = 500,
+    seed: Annotated[int, typer.Option(help="Other shapes.", min=0)] = 0,
+    families: Annotated[str | None, typer.Option(help="Only these, a,b,c. (default all)")] = None,
+    split: Annotated[str, typer.Option(help="training: without the test families; test: those alone; all.")] = "all",
+    workers: Annotated[int | None, typer.Option(help="Processes; 0: this one. (default one a core)")] = None,
+    as_json: Json = False,
+) -> None:
+    """Make a collection of shapes to train on, FAMILY_NUMBER.ply each; goes on where it was stopped."""
+    from dataset_tools.build.runners import core_count, runner_for
+    from dataset_tools.collection.families import held_out_families
+    from dataset_tools.collection.selection import shape_names
+    from dataset_tools.collection.writing import write_collection
+
+    names = shape_names(count, seed, tuple(families.split(",")) if families is not None else None, split)
+    with runner_for(core_count() if workers is None else workers) as runner, progress("shapes", count) as advance:
+        done = write_collection(mesh_dir, names, runner, advance)
+    record = {"made": done.made, "kept": done.kept, "failed": done.failed, "test_families": list(held_out_families())}
+    emit(record, as_json, f"{done.made} shapes made, {done.kept} kept, in {mesh_dir}")
+    if done.failed:
+        raise BatchError(f"{len(done.failed)} shapes failed: {next(iter(done.failed.items()))}")
 
 
 @group.command()

@@ -1,7 +1,7 @@
 """Arguments and options that several commands take: each is spelt, typed and explained here."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -33,4 +33,8 @@ Participants = Annotated[
     int | None, typer.Option(help="How many; by default until each questionnaire was answered reliably.")
 ]
 RandomClickers = Annotated[float, typer.Option(help="Share of participants who click at random.")]
+Follow = Annotated[
+    Literal["sketching", "frugal"],
+    typer.Option(help="Whom simulated participants follow: artists who draw as people do, or few lines."),
+]
 Noise = Annotated[float, typer.Option(help="Spread of the errors in judging drawings.")]

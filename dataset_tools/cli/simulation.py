@@ -17,7 +17,8 @@ def simulate(
     data: Annotated[Path | None, typer.Option(help="The data folder; the batch knows it by default.")] = None,
     participants: options.Participants = None,
     random_clickers: options.RandomClickers = 0.15,
-    noise: options.Noise = 0.55,
+    noise: options.Noise = 0.2,
+    follow: options.Follow = "sketching",
     seed: options.Seed = 0,
     as_json: options.AsJson = False,
 ) -> None:
@@ -28,7 +29,7 @@ def simulate(
 
     crowd = Crowd(noise=noise, random_clickers=random_clickers)
     with progress("items seen by simulated artists", len(Key.load(batch_dir).items)) as advance:
-        done = simulate_batch(batch_dir, output, crowd, data, participants, seed, advance)
+        done = simulate_batch(batch_dir, output, crowd, data, participants, seed, advance, follow)
     emit_simulated(done, output, as_json)
 
 
@@ -38,8 +39,9 @@ def trial(
     participants: Annotated[int, typer.Option(help="Simulated participants.")] = 400,
     random_clickers: options.RandomClickers = 0.15,
     adversaries: Annotated[int, typer.Option(help="Simulated adversaries of each of ten kinds.")] = 6,
-    noise: options.Noise = 0.55,
+    noise: options.Noise = 0.2,
     items: Annotated[int, typer.Option(help="Views of the data folder to draw distances from.", min=1)] = 24,
+    follow: options.Follow = "sketching",
     seed: options.Seed = 0,
     as_json: options.AsJson = False,
 ) -> None:
@@ -50,7 +52,7 @@ def trial(
     from dataset_tools.simulation.rule_trial_report import as_text, write_trial
 
     with progress("items seen by simulated artists", items) as advance:
-        known = sample_distances(data_dir, items, seed, advance)
+        known = sample_distances(data_dir, items, seed, advance, follow)
     crowd = Crowd(noise=noise, random_clickers=random_clickers)
     found = run_trial(known, crowd, participants, adversaries, seed)
     write_trial(found, output)

@@ -9,7 +9,7 @@ from dataset_tools.questionnaires.counterbalancing import alternate_shapes
 from dataset_tools.questionnaires.identical_drawings import distinct_pictures
 from dataset_tools.questionnaires.questionnaire import Key, Scheme
 from dataset_tools.questionnaires.sentinels import Drawing
-from dataset_tools.simulation.artists import ArtistDrawings, crowd_artists
+from dataset_tools.simulation.artists import ArtistDrawings, Kind, crowd_artists
 from dataset_tools.simulation.participants import Crowd, Distances, answer_all, answer_until_reliable, make_crowd
 from dataset_tools.simulation.simulated_results import crowd_name, write_results
 from ncmodel.data.data_folder import DataFolder
@@ -49,6 +49,7 @@ def simulate_batch(
     participants: int | None = None,
     seed: int = 0,
     advance: Callable[[], None] = lambda: None,
+    followed: Kind = "sketching",
 ) -> dict[str, object]:
     """Let simulated participants answer a batch, and write their results in Mechanical Turk's format.
 
@@ -61,6 +62,7 @@ def simulate_batch(
             answered by somebody who passes the sentinels, as a requester posts rejected questionnaires again.
         seed: Of everything random.
         advance: Called after each item whose drawings were compared.
+        followed: The artists whom participants follow.
 
     Raises:
         UsageError: There are no participants.
@@ -70,7 +72,7 @@ def simulate_batch(
     if participants is not None and participants < 1:
         raise ArgumentError("participants", str(participants), "1 or more")
     data = DataFolder(data_dir or batch_dir / str(key.settings.get("data", "")))
-    artists = crowd_artists()
+    artists = crowd_artists(kind=followed)
     distances = Distances(data, ArtistDrawings(data, artists))
     for item in key.items:
         distances(item)
@@ -85,7 +87,13 @@ def simulate_batch(
     return {"simulated_participants": kinds.total(), **kinds, "questionnaires": len(key.questionnaires)}
 
 
-def sample_distances(data_dir: Path, count: int, seed: int, advance: Callable[[], None] = lambda: None) -> Floats:
+def sample_distances(
+    data_dir: Path,
+    count: int,
+    seed: int,
+    advance: Callable[[], None] = lambda: None,
+    followed: Kind = "sketching",
+) -> Floats:
     """(items, artists, 8) distances of an item's drawings from simulated artists' drawings, for up to `count` items.
 
     Raises:
@@ -93,7 +101,7 @@ def sample_distances(data_dir: Path, count: int, seed: int, advance: Callable[[]
     """
     data = DataFolder(data_dir)
     chosen = alternate_shapes(data.items(), np.random.default_rng([seed, 2]))[:count]
-    distances = Distances(data, ArtistDrawings(data, crowd_artists()))
+    distances = Distances(data, ArtistDrawings(data, crowd_artists(kind=followed)))
     found = []
     for item in chosen:
         found.append(distances(item))

@@ -41,8 +41,8 @@ class Crowd:
         seconds: Typical seconds for a question.
     """
 
-    noise: float = 0.55
-    far: float = 0.0025
+    noise: float = 0.2
+    far: float = 0.01
     random_clickers: float = 0.15
     slip: float = 0.004
     seconds: float = 9.0

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from eval.measures.evaluation import Target
 from ncmodel.chamfer import chamfer_distance
 from ncmodel.scene.view import View
-from ncmodel.types import Image
+from ncmodel.types import Floats, Image
 
 GRADIENT_UNIT = 8192.0
 """Gradients go into OpenCV's detector as 16-bit numbers: a step from black to white in one pixel is this many."""
@@ -70,9 +70,12 @@ def search(examples: Sequence[tuple[View, Target]], grid: Sequence[CannySettings
     """
     if not examples:
         raise ValueError("no examples to choose parameters by")
-    costs = np.zeros((len(examples), len(grid)))
-    for row, (view, target) in enumerate(examples):
-        for column, settings in enumerate(grid):
-            drawing = target.prepare(draw(view, settings))
-            costs[row, column] = np.mean([chamfer_distance(drawing, other) for other in target.references.values()])
-    return grid[int(np.argmin(costs.mean(axis=0)))]
+    costs = np.mean([example_costs(view, target, grid) for view, target in examples], axis=0)
+    return grid[int(np.argmin(costs))]
+
+
+def example_costs(view: View, target: Target, grid: Sequence[CannySettings] = GRID) -> Floats:
+    """(N,) Chamfer distances of N settings on one view, the mean over its references."""
+    drawings = (target.prepare(draw(view, settings)) for settings in grid)
+    means = [np.mean([chamfer_distance(lines, other) for other in target.references.values()]) for lines in drawings]
+    return np.array(means, dtype=np.float64)

@@ -21,6 +21,9 @@ from ncmodel.types import Floats, Image, LineFamily, Thresholds
 GROUPS = (SC, RV, AR)
 """Families that share a threshold."""
 
+METHODS = {"SC-grid": (SC,), "RV-grid": (RV,), "AR-grid": (AR,), "all-grid": GROUPS}
+"""The appendix's four variants, by their names there -> what they draw."""
+
 THRESHOLDS = 100
 """Values tried per threshold, regularly from 0 to 1, as in the paper."""
 
@@ -55,13 +58,8 @@ class Search:
 
     @property
     def methods(self) -> dict[str, Plan]:
-        """The appendix's four variants, by their names there."""
-        return {
-            "SC-grid": self.best(SC),
-            "RV-grid": self.best(RV),
-            "AR-grid": self.best(AR),
-            "all-grid": self.best(SC, RV, AR),
-        }
+        """The plans of `METHODS`."""
+        return {name: self.best(*groups) for name, groups in METHODS.items()}
 
 
 def search(examples: Sequence[tuple[View, Target]], count: int = THRESHOLDS) -> Search:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from eval.benchmark.polylines import distance, ends, sampled
 from ncmodel.camera import Camera
 from ncmodel.drawing.draw import draw, visible_segments
 from ncmodel.drawing.plan import Plan
@@ -145,7 +146,7 @@ def _measure(surface: Surface, camera: Camera) -> tuple[float, float, float, flo
     strokes = draw(surface, camera, list(LineFamily)).strokes
     full = [stroke.points for stroke in strokes if stroke.family not in FILTERED_FAMILIES]
     places, before_background = depth_jumps(surface.scene, camera)
-    drawn = _distance(places, _along(full)) <= NEAR
+    drawn = distance(places, sampled(full).points) <= NEAR
     contours = [stroke.points for stroke in strokes if stroke.family == LineFamily.CONTOURS]
     return (
         _share(drawn[before_background], np.ones(before_background.sum())),
@@ -178,8 +179,8 @@ def _hidden_and_lost(surface: Surface, camera: Camera, jumps: Floats) -> tuple[f
         there, depth, length = _samples(strong.points, camera)
         seen = _depth(scene, camera, there) >= depth - EXACT
         if family is LineFamily.CONTOURS:
-            seen &= _distance(there, jumps) <= NEAR
-        missing = _distance(there[seen], pixels) > BESIDE
+            seen &= distance(there, jumps) <= NEAR
+        missing = distance(there[seen], pixels) > BESIDE
         of_seen.append(np.stack([missing, length[seen]], axis=1))
     hidden, lost = np.concatenate(of_drawn), np.concatenate(of_seen)
     return _share(hidden[:, 0], hidden[:, 1], 0.0), _share(lost[:, 0], lost[:, 1], 0.0)
@@ -189,10 +190,9 @@ def _gaps(contours: Sequence[Floats], full: Sequence[Floats]) -> int:
     """How many short gaps are between ends of contours that point at each other, with no stroke in them."""
     from scipy.spatial import cKDTree
 
-    ends = [(line[0], _outwards(line)) for stroke in contours for line in (stroke, stroke[::-1])]
-    if not ends:
+    points, outwards = ends(contours)
+    if len(points) == 0:
         return 0
-    points, outwards = (np.array(column) for column in zip(*ends, strict=True))
     pairs = cKDTree(points).query_pairs(GAP[1], output_type="ndarray")
     one, other = pairs[:, 0], pairs[:, 1]
     way = points[other] - points[one]
@@ -200,14 +200,7 @@ def _gaps(contours: Sequence[Floats], full: Sequence[Floats]) -> int:
     way /= np.maximum(length, 1e-12)[:, None]
     facing = np.minimum((outwards[one] * way).sum(axis=1), -(outwards[other] * way).sum(axis=1)) > STRAIGHT
     middle = (points[one] + points[other])[facing & (length >= GAP[0])] / 2
-    return int((_distance(middle, _along(full)) > GAP[0] / 2).sum())
-
-
-def _outwards(line: Floats) -> Floats:
-    """The direction in which a polyline arrives at its first point, over some three pixels."""
-    length = np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))
-    way = line[0] - line[min(int(np.searchsorted(length, 3.0)), len(line) - 2) + 1]
-    return np.asarray(way / max(float(np.linalg.norm(way)), 1e-12))
+    return int((distance(middle, sampled(full).points) > GAP[0] / 2).sum())
 
 
 def _samples(points: Floats, camera: Camera) -> tuple[Floats, Floats, Floats]:
@@ -224,29 +217,9 @@ def _samples(points: Floats, camera: Camera) -> tuple[Floats, Floats, Floats]:
 
 def _depth(scene: RayScene, camera: Camera, pixels: Floats) -> Floats:
     """(N,) depth along the optical axis of what is seen at (N, 2) pixels."""
-    across = (pixels - [camera.width / 2, camera.height / 2]) * [1.0, -1.0] / camera.focal_pixels
-    rays = np.column_stack([across, np.full(len(pixels), -1.0)]) @ camera.rotation
-    distance, face = scene.first_hit(np.asarray(camera.eye), rays)
-    return np.where(face >= 0, distance / np.linalg.norm(rays, axis=1), BACKGROUND)
-
-
-def _along(polylines: Sequence[Floats]) -> Floats:
-    """(N, 2) points half a pixel apart along polylines."""
-    parts = [np.zeros((0, 2))]
-    for line in polylines:
-        length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
-        at = np.linspace(0.0, length[-1], int(2 * length[-1]) + 2)
-        parts.append(np.stack([np.interp(at, length, column) for column in line.T], axis=1))
-    return np.concatenate(parts)
-
-
-def _distance(places: Floats, points: Floats) -> Floats:
-    """(N,) distance of (N, 2) places to the nearest of some points, infinite without any."""
-    from scipy.spatial import cKDTree
-
-    if len(points) == 0 or len(places) == 0:
-        return np.full(len(places), math.inf)
-    return np.asarray(cKDTree(points).query(places)[0])
+    rays = camera.rays(pixels)
+    away, face = scene.first_hit(np.asarray(camera.eye), rays)
+    return np.where(face >= 0, away / np.linalg.norm(rays, axis=1), BACKGROUND)
 
 
 def _share(chosen: Mask | Floats, weight: Floats, empty: float = 1.0) -> float:

@@ -32,6 +32,7 @@ class Bench:
         machine: What it ran on.
         searches: The same with thresholds chosen by a model, if there is one.
         parts: What else was measured.
+        failures: A line for each mesh that could not be measured.
     """
 
     scaling: Sequence[Scaling]
@@ -40,6 +41,7 @@ class Bench:
     machine: Mapping[str, str]
     searches: Sequence[Effort] = ()
     parts: Sequence[Part] = ()
+    failures: Sequence[str] = ()
 
     def to_record(self) -> dict[str, object]:
         """All numbers as one JSON object."""
@@ -50,23 +52,28 @@ class Bench:
             "presets": [asdict(effort) for effort in self.efforts],
             "presets_with_model": [asdict(effort) for effort in self.searches],
             **{part.name: part.record for part in self.parts},
+            "failures": list(self.failures),
         }
 
     def to_text(self) -> str:
         """The tables for a terminal."""
-        tables = [scaling_rows(self.scaling), process_rows(self.processes), effort_rows(mean_efforts(self.efforts))]
-        if self.searches:
-            tables.append(effort_rows(mean_efforts(self.searches)))
+        tables = [scaling_rows(self.scaling)] if self.scaling else []
+        tables += [process_rows(self.processes)] if self.processes else []
+        tables += [effort_rows(mean_efforts(efforts)) for efforts in (self.efforts, self.searches) if efforts]
         tables += [[list(row) for row in part.rows] for part in self.parts]
         return "\n\n".join(text_table(rows) for rows in tables)
 
     def sections(self) -> list[Section]:
         """The parts of the page."""
-        fixed = _effort_section("Speed against accuracy", "all families at fixed thresholds", self.efforts)
-        parts = [_scaling_section(self.scaling), _process_section(self.processes), fixed]
+        parts = [_scaling_section(self.scaling)] if self.scaling else []
+        parts += [_process_section(self.processes)] if self.processes else []
+        if self.efforts:
+            parts.append(_effort_section("Speed against accuracy", "all families at fixed thresholds", self.efforts))
         if self.searches:
             chosen = "families and thresholds chosen by the model"
             parts.append(_effort_section("Speed against accuracy with a model", chosen, self.searches))
+        if self.failures:
+            parts.append(Section("Not measured", [Text(line, "warning") for line in self.failures]))
         return parts + [Section(part.title, [Text(part.text), _table(part.rows)]) for part in self.parts]
 
     def write(self, folder: Path) -> None:

@@ -8,10 +8,10 @@ from eval.measures.comparison import Comparison
 from eval.measures.evaluation import Evaluation, Score, Settings, Target
 from eval.measures.references import PICTURES, Pairing, find_drawings, pair_up
 from eval.measures.report import OverlayGallery
-from eval.measures.scans import MOST_INK, read_reference
+from eval.measures.scans import MOST_INK, ink_share, read_lines
 from eval.measures.thinning import binarise, read_ink
 from ncmodel.errors import InputError, NeuralContoursError, UsageError
-from ncmodel.types import Image, Mask
+from ncmodel.types import Mask
 
 
 @dataclass(frozen=True)
@@ -75,11 +75,9 @@ class Folders:
             UsageError: Sizes differ.
         """
         paths = next(iter(self.pairings.values())).references[name]
-        references = {path.relative_to(self.references).as_posix(): read_reference(path) for path in paths}
-        for path, ink in zip(paths, references.values(), strict=True):
-            share = _ink_share(ink, settings)
-            if share > MOST_INK:
-                raise InputError(path, f"{share:.0%} of it is ink", "lines on paper, at most a third of it ink")
+        references = {
+            path.relative_to(self.references).as_posix(): read_lines(path, settings.threshold) for path in paths
+        }
         return Target.of(name, references, settings, self._silhouette(name))
 
     def _silhouette(self, name: str) -> Mask | None:
@@ -131,13 +129,9 @@ def _evaluate_name(
     left = "left in it without what is near the silhouette" if target.removed is not None else "drawn in it"
     for method, ink in inks.items():
         path = folders.pairings[method].drawings[name]
-        if (share := _ink_share(ink, settings)) > MOST_INK:
+        if (share := ink_share(ink, settings.threshold)) > MOST_INK:
             notes.append(f"{path}: {share:.0%} of it is ink; expected dark lines on light paper, at most a third")
         if lines[method].empty:
             notes.append(f"{path}: nothing is {left}")
     notes += [f"{folders.references / label}: nothing is {left}" for label, of in target.references.items() if of.empty]
     return scores
-
-
-def _ink_share(ink: Image, settings: Settings) -> float:
-    return float(binarise(ink, settings.threshold).mean())

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
+from eval.measures.thinning import DEFAULT_THRESHOLD, binarise
+from ncmodel.errors import InputError
 from ncmodel.images import read_grey
 from ncmodel.types import Image
 
@@ -41,3 +43,25 @@ def read_reference(path: str | Path) -> Image:
         return np.asarray(1.0 - brightness, dtype=np.float32)
     depth = paper - brightness if dark_lines else brightness - paper
     return np.asarray(np.clip(depth / contrast, 0.0, 1.0), dtype=np.float32)
+
+
+def read_lines(path: str | Path, threshold: float = DEFAULT_THRESHOLD) -> Image:
+    """`read_reference` of a picture that must be lines on paper.
+
+    Args:
+        path: The picture.
+        threshold: Ink from which on a pixel counts as drawn.
+
+    Raises:
+        InputError: The file is missing, no picture, or more than `MOST_INK` of it is ink.
+    """
+    ink = read_reference(path)
+    share = ink_share(ink, threshold)
+    if share > MOST_INK:
+        raise InputError(path, f"{share:.0%} of it is ink", "lines on paper, at most a third of it ink")
+    return ink
+
+
+def ink_share(ink: Image, threshold: float = DEFAULT_THRESHOLD) -> float:
+    """Share of a picture that counts as drawn."""
+    return float(binarise(ink, threshold).mean())

@@ -47,6 +47,13 @@ def draw(
     thresholds: Annotated[
         str | None, typer.Option(help="FAMILY=VALUE,... in rtsc's units (default suggestive=0.01, others 0.1)")
     ] = None,
+    detail: Annotated[
+        float,
+        typer.Option(help="Share of the lines inside the outline, most important first: 0 outline alone, 1 all lines."),
+    ] = 1.0,
+    min_length: Annotated[
+        float, typer.Option(help="Pixels, at 768; shorter strokes are left out, except the outline's.")
+    ] = 0.0,
     width: Annotated[
         float | None, typer.Option(help="Line width in pixels, at 768; lines grow with the picture (default 2.5).")
     ] = None,
@@ -65,7 +72,7 @@ def draw(
         Path | None, typer.Option(help="Checkpoint that chooses families and thresholds, and adds lines of its own.")
     ] = None,
     preset: Annotated[
-        str, typer.Option(help="draft, balanced or accurate; matters with --model and in large pictures.")
+        str, typer.Option(help="instant, draft, balanced or accurate; matters with --model and in large pictures.")
     ] = "balanced",
     suffix: Annotated[
         str | None, typer.Option("--format", help="svg, png or pdf: write to a folder, even one mesh (default svg).")
@@ -93,6 +100,8 @@ def draw(
             "preset": preset,
             "up": up,
             "tolerance": tolerance,
+            "detail": detail,
+            "min_length": min_length,
             **{name: value for name, value in given.items() if value is not None},
         },
     )
@@ -118,7 +127,7 @@ class _Job:
         from ncmodel.drawing.arguments import plan_of
         from ncmodel.export.page import WIDTH, Picture
 
-        plan_of(self.options["lines"], self.options["thresholds"])
+        plan_of(**{name: self.options[name] for name in ("lines", "thresholds", "detail", "min_length")})
         Picture(1, 1, (), self.style.get("width", WIDTH), self.style["background"])
 
     def draw(self, mesh: Path, output: Path) -> tuple["Drawing", dict[str, Any]]:
@@ -228,6 +237,8 @@ def _record(mesh: Path, output: Path, drawing: "Drawing", seconds: float) -> dic
         "families": [family.value for family in plan.drawn],
         "thresholds": {name: _finite(value) for name, value in plan.filtered.items()},
         "threshold_unit": plan.thresholds.unit,
+        "detail": plan.detail,
+        "min_length": plan.min_length,
         "score": plan.score,
         "score_evaluations": plan.evaluations,
         "strokes": dict(Counter(stroke.family for stroke in drawing.strokes)),

@@ -35,11 +35,10 @@ def train(
 ) -> None:
     """Train the ranking module and the image translation branch."""
     from ncmodel.nets.presets import preset_named
-    from ncmodel.training.loop import STAGES
     from ncmodel.training.train import TrainOptions, run_training
 
     with option_names(stages="stage"):
-        options = TrainOptions(STAGES if stage == "all" else (stage,), epochs, seconds, seed, restart, device)
+        options = TrainOptions(None if stage == "all" else (stage,), epochs, seconds, seed, restart, device)
     report = run_training(data, pairs, output, preset_named(preset), options, progress).to_record()
     emit(report, as_json, _summary(report))
 

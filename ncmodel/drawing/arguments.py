@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 from numbers import Real
 from typing import Any
 
-from ncmodel.drawing.plan import DEFAULT_FAMILIES, Plan
+from ncmodel.drawing.plan import CRUMB, DEFAULT_FAMILIES, Plan
 from ncmodel.errors import ArgumentError
 from ncmodel.types import FILTERED_FAMILIES, LineFamily, Thresholds
 
@@ -19,16 +19,28 @@ OFF = "off"
 """Instead of a threshold: leaves the family out."""
 
 
-def plan_of(lines: Lines | None = None, thresholds: ThresholdValues | None = None) -> Plan:
+def plan_of(
+    lines: Lines | None = None,
+    thresholds: ThresholdValues | None = None,
+    detail: float = 1.0,
+    min_length: float = 0.0,
+) -> Plan:
     """The plan that draws what was asked for.
+
+    Whoever names thresholds sees what they leave, as it is found; whoever names families, all of their lines.
 
     Args:
         lines: The families; by default `DEFAULT_FAMILIES` and those that are given a threshold by name.
         thresholds: rtsc's defaults unless given.
+        detail: Share of the lines inside the outline that is drawn, in 0..1.
+        min_length: Pixels, at 768, of the shortest strokes, at least 0.
 
     Raises:
-        ArgumentError: A family is unknown or has no threshold, or a threshold can't be compared with anything.
+        ArgumentError: A family is unknown or has no threshold, a threshold can't be compared with anything, or a number
+            is outside its range.
     """
+    _check_range("detail", detail, 1.0, "a share from 0 (the outline) to 1 (all lines)")
+    _check_range("min_length", min_length, math.inf, "pixels >= 0")
     if thresholds is None or isinstance(thresholds, Thresholds):
         named, values = {}, thresholds or Thresholds()
     else:
@@ -36,7 +48,9 @@ def plan_of(lines: Lines | None = None, thresholds: ThresholdValues | None = Non
         values = Thresholds().with_values(**{family.value: value for family, value in named.items()})
     _check_thresholds(values)
     families = families_of(lines) if lines is not None else tuple(dict.fromkeys((*DEFAULT_FAMILIES, *named)))
-    return Plan(families, values)
+    finished = thresholds is None
+    crumb = CRUMB if finished and lines is None else 0.0
+    return Plan(families, values, finished=finished, crumb=crumb, detail=float(detail), min_length=float(min_length))
 
 
 def families_of(lines: Lines) -> tuple[LineFamily, ...]:
@@ -95,6 +109,13 @@ def _check_thresholds(thresholds: Thresholds) -> None:
         value: Any = thresholds.value(family)
         if value is not None and not (isinstance(value, Real) and float(value) >= 0.0):
             raise ArgumentError("thresholds", f"{family}={value!r}", "a number >= 0")
+
+
+def _check_range(name: str, value: Any, largest: float, expected: str) -> None:
+    """Raise if a value isn't a number from 0 to `largest`."""
+    number(name, value, expected)
+    if not 0.0 <= value <= largest:
+        raise ArgumentError(name, repr(value), expected)
 
 
 def size_of(size: int | tuple[int, int] | str) -> tuple[int, int]:

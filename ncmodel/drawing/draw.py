@@ -9,9 +9,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
+import numpy as np
+
 from ncmodel.camera import DEFAULT_AZIMUTH, DEFAULT_ELEVATION, DEFAULT_SIZE, Camera
 from ncmodel.drawing import arguments
 from ncmodel.drawing.drawing import Drawing
+from ncmodel.drawing.finishing import finish
+from ncmodel.drawing.importance import most_important, without_short
 from ncmodel.drawing.plan import Plan
 from ncmodel.drawing.strokes import strokes
 from ncmodel.drawing.thresholding import fade, survivors
@@ -29,7 +33,9 @@ from ncmodel.tracing import timed
 from ncmodel.types import (
     EVERYTHING,
     FILTERED_FAMILIES,
+    Floats,
     LineFamily,
+    Mask,
     Mesh,
     Segments,
     Stroke,
@@ -55,7 +61,7 @@ class Detail:
     tolerance: float = 0.25
 
 
-PRESETS = {"draft": Detail(4.0, 0.5), "balanced": Detail(), "accurate": Detail(0.5, 0.05)}
+PRESETS = {"instant": Detail(4.0, 0.5), "draft": Detail(4.0, 0.5), "balanced": Detail(), "accurate": Detail(0.5, 0.05)}
 BALANCED = PRESETS["balanced"]
 
 
@@ -63,7 +69,7 @@ class Chooser(Protocol):
     """What plans a drawing of a view: a trained model."""
 
     def choose(self, view: View, *, budget: str, families: Sequence[LineFamily]) -> Plan:
-        """The plan, of contours, boundaries and those of the filtered `families` that it likes."""
+        """The plan, of contours, boundaries and those of `families` that it likes."""
 
 
 def draw(
@@ -80,6 +86,8 @@ def draw(
     up: str = "y",
     crease_angle: float = CREASE_ANGLE,
     tolerance: float | None = None,
+    detail: float = 1.0,
+    min_length: float = 0.0,
 ) -> Drawing:
     """Draw a shape's lines.
 
@@ -93,23 +101,26 @@ def draw(
         thresholds: rtsc's defaults unless given, for those that {"suggestive": 0.02} or "suggestive=0.02" doesn't name,
             too; a model finds its own.
         model: Chooses thresholds and families, and adds the lines of its image branch.
-        preset: "draft", "balanced" or "accurate": how densely visibility is sampled, how closely strokes follow the
-            lines, and how thoroughly a model searches.
+        preset: "instant", "draft", "balanced" or "accurate": how densely visibility is sampled, how closely strokes
+            follow the lines, and how thoroughly a model searches.
         azimuth: Degrees round the shape from its front, without a camera.
         elevation: Degrees above the ground, without a camera.
         size: (width, height) in pixels, or both in one, without a camera.
         up: The upward axis, "y" or "z", of a mesh file; arrays are y-up.
         crease_angle: Degrees between faces above which their edge is a crease.
         tolerance: Pixels that strokes may stray from the lines on the mesh; the preset's unless given.
+        detail: Share of the lines inside the outline that is drawn, the strongest and longest first: 0 is the outline
+            alone, 1 everything.
+        min_length: Shorter strokes are left out unless they are outline; pixels, at 768: it grows with the picture.
 
     Raises:
         MeshError: The file can't be read.
         UsageError: Some argument makes no sense, or thresholds are given together with a model.
     """
-    detail = _detail(preset, tolerance)
+    fineness = _detail(preset, tolerance)
     if thresholds is not None and model is not None:
         raise UsageError("thresholds: found some beside a model, which chooses its own; expected one or the other")
-    asked = arguments.plan_of(lines, thresholds)
+    asked = arguments.plan_of(lines, thresholds, detail, min_length)
     _check(camera, model, azimuth=azimuth, elevation=elevation, crease_angle=crease_angle)
     surface = _surface(shape, up, None if camera is None else camera.eye)
     if LineFamily.CREASES in asked.families and model is None:
@@ -117,7 +128,7 @@ def draw(
     placed = camera or Camera.orbit(surface.mesh.used_vertices, azimuth, elevation, size=arguments.size_of(size))
     view = View(surface, placed, crease_angle)
     plan = asked if model is None else _chosen(model, view, preset, None if lines is None else asked.families)
-    drawing = draw_view(view, plan, detail)
+    drawing = draw_view(view, replace(plan, detail=asked.detail, min_length=asked.min_length), fineness)
     if camera is not None or isinstance(shape, Surface):
         return drawing
     with timed(surface.trace, "hints"):
@@ -138,8 +149,11 @@ def draw_view(view: View, plan: Plan, detail: Detail = BALANCED) -> Drawing:
         threshold = plan.thresholds.of(family)
         assert threshold is not None, "families that are left out aren't drawn"
         drawn += strokes_of(view, visible_segments(view, family, threshold, detail.sample_pixels), detail)
+    if plan.finished:
+        drawn = list(finish(drawn, view, plan.crumb))
     mesh = view.mesh
-    return Drawing(view.camera, (*drawn, *plan.strokes), mesh.name, plan, mesh.notes, view.trace)
+    chosen = _chosen_strokes(view, plan, (*drawn, *plan.strokes))
+    return Drawing(view.camera, chosen, mesh.name, plan, mesh.notes, view.trace)
 
 
 def visible_segments(
@@ -179,6 +193,21 @@ def shortest_stroke(family: LineFamily, camera: Camera) -> float:
     return 0.0 if family in MESH_EDGES else SHORTEST_STROKE * page_scale(camera.width, camera.height)
 
 
+def _chosen_strokes(view: View, plan: Plan, drawn: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
+    """Those of the strokes that are long and important enough for the plan."""
+    if plan.detail >= 1.0 and plan.min_length <= 0.0:
+        return drawn
+    camera, scene = view.camera, view.surface.scene
+    scale = page_scale(camera.width, camera.height)
+
+    def beyond(pixels: Floats) -> Mask:
+        return np.asarray(scene.first_hit(view.eye, camera.rays(pixels))[1] < 0)
+
+    with timed(view.trace, "importance"):
+        long = without_short(drawn, plan.min_length, beyond, scale)
+        return most_important(long, plan.detail, beyond, scale)
+
+
 def _with_units(plan: Plan, view: View) -> Thresholds:
     """The plan's thresholds, those in 90th percentiles with the percentiles that the view has."""
     thresholds = plan.thresholds
@@ -213,10 +242,11 @@ def _detail(preset: str, tolerance: float | None) -> Detail:
 def _chosen(model: Chooser, view: View, preset: str, asked: tuple[LineFamily, ...] | None) -> Plan:
     """What a model draws, of the families asked for."""
     allowed = asked if asked is not None else tuple(LineFamily)
-    plan = model.choose(view, budget=preset, families=[f for f in FILTERED_FAMILIES if f in allowed])
-    # Creases and intersections are no part of what a model can weigh; they are drawn if somebody wants them.
-    wanted = tuple(f for f in (LineFamily.CREASES, LineFamily.INTERSECTIONS) if asked is not None and f in asked)
-    return replace(plan, families=tuple(family for family in plan.families if family in allowed) + wanted)
+    plan = model.choose(view, budget=preset, families=allowed)
+    chosen = tuple(family for family in plan.families if family in allowed)
+    # These are no part of what every model can weigh; they are drawn if somebody wants them.
+    wanted = (f for f in (LineFamily.CREASES, LineFamily.INTERSECTIONS) if f in (asked or ()) and f not in chosen)
+    return replace(plan, families=(*chosen, *wanted))
 
 
 def _surface(shape: Mesh | Surface | str | Path, up: str, eye: tuple[float, float, float] | None) -> Surface:

@@ -1,28 +1,55 @@
 """Strokes that run along others, taken away.
 
 Where two surfaces nearly coincide (sheets with two sides, parts that overlap), so do their lines: in a picture that
-changes nothing, but a plotter would draw them twice. The longer stroke stays.
+changes nothing, but a plotter would draw them twice; the longer stroke stays. And where lines of different kinds, or
+the two edges of something thin, run side by side with no white between them, they make a bar that no illustrator would
+draw: what has the stronger claim stays.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from ncmodel.drawing.packed import Packed
 from ncmodel.jit import kernel
-from ncmodel.types import Floats, Ints, Mask, Stroke
+from ncmodel.types import Floats, Ints, LineFamily, Mask, Stroke
 
 SPACING = 1.0
 """Pixels between the points at which strokes are compared, at most."""
-PARALLEL = 0.97
-"""Least cosine between the directions of strokes that run along each other; others cross."""
-SHORTEST_RUN = 4.0
-"""Pixels; strokes that are close for a shorter stretch touch, or cross at a small angle."""
-CRUMB = 2
-"""What remains between or beside such stretches must have more points than this: it is hardly longer than wide."""
-FAINTER = 0.02
-"""A stroke stays if its opacity is above that of the other one by more than this."""
+_CLAIMS = (
+    (LineFamily.CONTOURS,),
+    (LineFamily.BOUNDARIES,),
+    (LineFamily.CREASES,),
+    (LineFamily.RIDGES, LineFamily.VALLEYS),
+    (LineFamily.SUGGESTIVE, LineFamily.APPARENT),
+)
+"""Where lines run along each other, those of the earlier families stay."""
+_CLAIM = {family.value: rank for rank, families in enumerate(_CLAIMS) for family in families}
+
+
+class _Rule(NamedTuple):
+    """When strokes run along each other.
+
+    Attributes:
+        spacing: Pixels between the points at which they are compared, at most.
+        tolerance: Pixels between them, at most.
+        parallel: Least cosine between their directions; others cross.
+        shortest_run: Pixels; strokes that are close for a shorter stretch touch, or cross at a small angle.
+        crumb: What remains between or beside such stretches has more such points than this.
+        lead: Such points that are left out where a stroke leaves the one it ran along, for a straight way from there.
+        fainter: A stroke stays if its opacity is above that of the other one by more than this.
+    """
+
+    spacing: float
+    tolerance: float
+    parallel: float = 0.97
+    shortest_run: float = 4.0
+    crumb: int = 2
+    lead: int = 0
+    fainter: float = 0.02
 
 
 def drop_overlapping(strokes: Sequence[Stroke], tolerance: float) -> tuple[Stroke, ...]:
@@ -34,43 +61,81 @@ def drop_overlapping(strokes: Sequence[Stroke], tolerance: float) -> tuple[Strok
     """
     if len(strokes) < 2:
         return tuple(strokes)
-    lengths = [np.linalg.norm(np.diff(stroke.points, axis=0), axis=1).sum() for stroke in strokes]
-    order = np.argsort(-np.array(lengths), kind="stable").tolist()
-    fine = _sampled([strokes[index] for index in order])
-    pixel = np.floor(fine.points / SPACING).astype(np.int64)
-    key = pixel[:, 0] * _ROW + pixel[:, 1]
+    order = np.argsort(-Packed.of(strokes).length, kind="stable")
+    return _without_retraced(strokes, order, 0, _Rule(SPACING, tolerance))
+
+
+def drop_accompanying(strokes: Sequence[Stroke], pixels: float) -> tuple[Stroke, ...]:
+    """Strokes without the parts that run along strokes of a stronger claim.
+
+    Contours are claimed first and stay whole, as an outline is closed; then boundaries, creases, ridges and valleys,
+    suggestive contours and apparent ridges; among equals, the one of more ink.
+
+    Args:
+        strokes: Polylines of two points or more, of any families.
+        pixels: How near lines are that run along each other.
+    """
+    if len(strokes) < 2:
+        return tuple(strokes)
+    claim = np.array([_CLAIM.get(stroke.family, len(_CLAIMS)) for stroke in strokes])
+    order = np.lexsort((-Packed.of(strokes).ink, claim))
+    rule = _Rule(pixels / 2.0, pixels, parallel=0.94, shortest_run=2.0 * pixels, crumb=8, lead=4, fainter=0.3)
+    return _without_retraced(strokes, order, int((claim == 0).sum()), rule)
+
+
+def _without_retraced(strokes: Sequence[Stroke], order: Ints, whole: int, rule: _Rule) -> tuple[Stroke, ...]:
+    """Strokes without what runs along earlier ones.
+
+    Args:
+        strokes: Polylines.
+        order: Their indices, from the strongest claim to the weakest.
+        whole: How many of the first stay whole.
+        rule: When strokes run along each other.
+    """
+    fine = _sampled([strokes[index] for index in order.tolist()], rule.spacing)
+    cell = max(rule.tolerance, rule.spacing)
+    square = np.floor(fine.points / cell).astype(np.int64)
+    key = square[:, 0] * _ROW + square[:, 1]
     sorting = np.argsort(key, kind="stable")
-    kept = ~_retraced(fine.points, fine.along, fine.alpha, fine.first, key[sorting], sorting, tolerance)
+    squares = _Squares(cell, key[sorting], sorting)
+    along = _retraced(fine.points, fine.along, fine.alpha, fine.first, squares, max(whole, 1), rule)
     pieces: list[list[Stroke]] = [[stroke] for stroke in strokes]
-    for rank, index in enumerate(order):
-        part = slice(fine.first[rank], fine.first[rank + 1])
-        if kept[part].all():
-            continue
-        pieces[index].clear()
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], kept[part], [False]]).astype(np.int8)))
-        for begin, end in (part.start + edges).reshape(-1, 2).tolist():
-            if end - begin <= CRUMB:
-                continue
-            # One point more at each side: what is left meets what it ran along.
-            begin, end = max(begin - 1, part.start), min(end + 1, part.stop)
-            own = fine.own[begin:end].copy()
-            own[[0, -1]] = True
-            pieces[index].append(Stroke(strokes[index].family, fine.points[begin:end][own], fine.alpha[begin:end][own]))
+    for rank in np.flatnonzero(np.maximum.reduceat(along, fine.first[:-1]) >= 0).tolist():
+        index, part = order[rank], slice(fine.first[rank], fine.first[rank + 1])
+        kept = along[part] < 0
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], kept, [False]]).astype(np.int8)))
+        spans = [(a, b) for a, b in (part.start + edges).reshape(-1, 2).tolist() if b - a > rule.crumb]
+        pieces[index] = [_piece(strokes[index], fine, part, span, along, rule.lead) for span in spans]
     return tuple(piece for some in pieces for piece in some)
 
 
 _ROW = 1 << 32
-"""Larger than any pixel's row, for one number for column and row."""
+"""Larger than any square's row, for one number for column and row."""
+
+
+class _Squares(NamedTuple):
+    """Points by the squares of the picture that they lie in.
+
+    Attributes:
+        side: Of the squares, pixels.
+        keys: (N,) sorted numbers of the squares.
+        sorting: (N,) the points in that order.
+    """
+
+    side: float
+    keys: Ints
+    sorting: Ints
 
 
 @dataclass(frozen=True, eq=False)
 class _Samples:
-    """Points at most `SPACING` apart along strokes.
+    """Points close to each other along strokes.
 
     Attributes:
         points: (N, 2) pixels, stroke after stroke.
         along: (N, 2) directions of length 1.
         alpha: (N,) opacity.
+        depth: (N,) as strokes have it, 0 where they have none.
         own: (N,) True for the strokes' own points.
         first: (C + 1,) where each stroke starts.
     """
@@ -78,85 +143,94 @@ class _Samples:
     points: Floats
     along: Floats
     alpha: Floats
+    depth: Floats
     own: Mask
     first: Ints
 
 
-def _sampled(strokes: Sequence[Stroke]) -> _Samples:
-    points = np.concatenate([stroke.points for stroke in strokes])
-    start = np.cumsum([0, *(len(stroke.points) for stroke in strokes)])
-    steps = np.maximum(np.ceil(np.linalg.norm(np.diff(points, axis=0), axis=1) / SPACING), 1.0).astype(np.int64)
-    steps[start[1:-1] - 1] = 1  # from one stroke to the next
+def _piece(stroke: Stroke, fine: _Samples, part: slice, span: tuple[int, int], along: Ints, lead: int) -> Stroke:
+    """The part of a stroke between two samples, with one point more at each side: it meets what it ran along."""
+    begin, end = max(span[0] - 1, part.start), min(span[1] + 1, part.stop)
+    place = np.arange(begin, end)
+    own = fine.own[begin:end].copy()
+    own[[0, -1]] = True
+    if lead and begin < span[0]:
+        place[0] = along[begin]
+        own[1 : lead + 1] = False
+    if lead and end > span[1]:
+        place[-1] = along[end - 1]
+        own[-1 - lead : -1] = False
+    depth = None if stroke.depth is None else fine.depth[place[own]]
+    return Stroke(stroke.family, fine.points[place[own]], fine.alpha[begin:end][own], depth)
+
+
+def _sampled(strokes: Sequence[Stroke], spacing: float) -> _Samples:
+    packed = Packed.of(strokes)
+    start = packed.first
+    steps = np.maximum(np.ceil(packed.steps[1:] / spacing), 1.0).astype(np.int64)  # 1 from one stroke to the next
     place = np.concatenate([[0], np.cumsum(steps)])
     at = np.arange(place[-1] + 1)
     first = np.append(place[start[:-1]], len(at))
-    fine = np.stack([np.interp(at, place, column) for column in points.T], axis=1)
+    fine = np.stack([np.interp(at, place, column) for column in packed.points.T], axis=1)
     along = np.diff(fine, axis=0, append=0.0)
     along[first[1:] - 1] = along[first[1:] - 2]
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
-    alpha = np.interp(at, place, np.concatenate([stroke.alpha for stroke in strokes]))
+    alpha, depth = np.interp(at, place, packed.alpha), np.interp(at, place, packed.depth)
     own = np.zeros(len(at), dtype=np.bool_)
     own[place] = True
-    return _Samples(fine, along, alpha, own, first)
+    return _Samples(fine, along, alpha, depth, own, first)
 
 
 @kernel
 def _retraced(
-    points: Floats, along: Floats, alpha: Floats, first: Ints, keys: Ints, sorting: Ints, tolerance: float
-) -> Mask:
-    """(N,) True for the points on stretches that run along earlier strokes.
+    points: Floats, along: Floats, alpha: Floats, first: Ints, squares: _Squares, whole: int, rule: _Rule
+) -> Ints:
+    """(N,) for the points on stretches that run along earlier strokes, a point that they pass; -1 for all others.
 
     Args:
         points: (N, 2) pixels, stroke after stroke.
         along: (N, 2) directions of length 1.
         alpha: (N,) opacity.
         first: (C + 1,) where each stroke starts.
-        keys: (N,) sorted numbers of the pixels that points lie in.
-        sorting: (N,) the points in that order.
-        tolerance: Pixels.
+        squares: Where the points lie.
+        whole: How many of the first strokes stay as they are.
+        rule: When strokes run along each other.
     """
-    found = np.zeros(len(points), np.bool_)
-    for c in range(1, len(first) - 1):
+    found = np.full(len(points), -1)
+    for c in range(whole, len(first) - 1):
         begin, end = first[c], first[c + 1]
         for i in range(begin, end):
-            found[i] = _accompanied(points, along, alpha, begin, keys, sorting, found, i, tolerance)
+            found[i] = _accompanied(points, along, alpha, begin, squares, found, i, rule)
         start, length = begin, 0.0
         for i in range(begin, end + 1):
-            if i < end and found[i]:
+            if i < end and found[i] >= 0:
                 if i > start:
                     length += math.hypot(points[i, 0] - points[i - 1, 0], points[i, 1] - points[i - 1, 1])
                 continue
-            if length < SHORTEST_RUN and i - start < end - begin:
-                found[start:i] = False
+            if length < rule.shortest_run and i - start < end - begin:
+                found[start:i] = -1
             start, length = i + 1, 0.0
     return found
 
 
 @kernel
 def _accompanied(
-    points: Floats,
-    along: Floats,
-    alpha: Floats,
-    begin: int,
-    keys: Ints,
-    sorting: Ints,
-    found: Mask,
-    i: int,
-    tolerance: float,
-) -> bool:
-    """Whether a stroke of those before point `begin`, as far as it stays, passes point i in its direction."""
-    left, top = math.floor(points[i, 0] / SPACING), math.floor(points[i, 1] / SPACING)
+    points: Floats, along: Floats, alpha: Floats, begin: int, squares: _Squares, found: Ints, i: int, rule: _Rule
+) -> int:
+    """A point of a stroke of those before point `begin`, as far as it stays, that passes point i in its direction."""
+    keys, sorting = squares.keys, squares.sorting
+    left, top = math.floor(points[i, 0] / squares.side), math.floor(points[i, 1] / squares.side)
     for column in range(left - 1, left + 2):
         n = np.searchsorted(keys, column * _ROW + top - 1)
         while n < len(keys) and keys[n] <= column * _ROW + top + 1:
             j = sorting[n]
             n += 1
-            if j >= begin or found[j] or alpha[j] < alpha[i] - FAINTER:
+            if j >= begin or found[j] >= 0 or alpha[j] < alpha[i] - rule.fainter:
                 continue
-            if abs(along[i, 0] * along[j, 0] + along[i, 1] * along[j, 1]) < PARALLEL:
+            if abs(along[i, 0] * along[j, 0] + along[i, 1] * along[j, 1]) < rule.parallel:
                 continue
             x, y = points[i, 0] - points[j, 0], points[i, 1] - points[j, 1]
             aside = abs(x * along[j, 1] - y * along[j, 0])
-            if aside <= tolerance and abs(x * along[j, 0] + y * along[j, 1]) <= SPACING:
-                return True
-    return False
+            if aside <= rule.tolerance and abs(x * along[j, 0] + y * along[j, 1]) <= rule.spacing:
+                return int(j)
+    return -1

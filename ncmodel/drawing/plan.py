@@ -14,6 +14,9 @@ DEFAULT_FAMILIES = (
 )
 """Drawn unless told otherwise. Ridges and valleys aren't: they show the mesh's roughness before its form."""
 
+CRUMB = 0.02
+"""Of the picture's shorter side: what strokes of a drawing of `DEFAULT_FAMILIES` have as ink at least."""
+
 
 @dataclass(frozen=True)
 class Plan:
@@ -26,6 +29,12 @@ class Plan:
         score: The model's score of its choice, if one chose.
         evaluations: How many drawings it scored.
         converged: Whether its search found that it can't get better.
+        finished: Whether lines that run along each other are drawn once, and those that continue each other as one; or
+            all as they are found, as for what is measured or learnt from.
+        crumb: Share of the picture's shorter side: strokes of less ink are left out, unless there is a reason for them;
+            of finished drawings.
+        detail: Share of the lines inside the outline that is drawn, the most important first; 1 draws all of them.
+        min_length: Pixels, at 768, of the shortest strokes that are drawn beside the outline's.
     """
 
     families: tuple[LineFamily, ...] = DEFAULT_FAMILIES
@@ -34,6 +43,10 @@ class Plan:
     score: float | None = None
     evaluations: int = 0
     converged: bool = True
+    finished: bool = False
+    crumb: float = 0.0
+    detail: float = 1.0
+    min_length: float = 0.0
 
     @property
     def drawn(self) -> tuple[LineFamily, ...]:

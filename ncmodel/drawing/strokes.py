@@ -43,18 +43,17 @@ def strokes(
         values[np.arange(len(owner)) + owner] = source[chains.segment, chains.flipped.astype(np.int64)]
         ends = chains.first[1:] - 1
         values[last] = source[chains.segment[ends], 1 - chains.flipped[ends].astype(np.int64)]
-    pixels = np.ascontiguousarray(camera.project(points)[:, :2])
+    projected = camera.project(points)
+    pixels, depth = np.ascontiguousarray(projected[:, :2]), projected[:, 2]
     first = np.concatenate([[0], last + 1])
     kept = _simplify(pixels, alpha, first, tolerance, ALPHA_TOLERANCE if tolerance else 0.0)
     bounds = np.searchsorted(np.flatnonzero(kept), first)
-    pixels, alpha = pixels[kept], alpha[kept]
+    pixels, alpha, depth = pixels[kept], alpha[kept], depth[kept]
     travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(pixels, axis=0), axis=1))])
     length = travelled[bounds[1:] - 1] - travelled[bounds[:-1]]
     drawn = (length >= max(shortest, DOT)) & ~_spurs(points, first, length < tolerance)
-    found = [
-        Stroke(segments.family.value, pixels[bounds[c] : bounds[c + 1]], alpha[bounds[c] : bounds[c + 1]])
-        for c in np.flatnonzero(drawn).tolist()
-    ]
+    parts = [slice(bounds[c], bounds[c + 1]) for c in np.flatnonzero(drawn).tolist()]
+    found = [Stroke(segments.family.value, pixels[part], alpha[part], depth[part]) for part in parts]
     return drop_overlapping(found, min(tolerance, TOLERANCE))
 
 

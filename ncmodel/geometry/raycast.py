@@ -176,6 +176,4 @@ def _chunks(origins: Floats, directions: Floats) -> Iterator[tuple[Floats, Float
 def _pixel_rays(camera: Camera, part: slice) -> Floats:
     """Directions from the eye through the centres of the pixels `part` in row-major order."""
     index = np.arange(part.start, part.stop)
-    x = (index % camera.width + 0.5 - camera.width / 2) / camera.focal_pixels
-    y = (camera.height / 2 - (index // camera.width + 0.5)) / camera.focal_pixels
-    return np.stack([x, y, np.full(len(index), -1.0)], axis=1) @ camera.rotation
+    return camera.rays(np.stack([index % camera.width + 0.5, index // camera.width + 0.5], axis=1))

@@ -26,6 +26,14 @@ class Edges:
     def __len__(self) -> int:
         return len(self.ends)
 
+    def take(self, kept: Mask | Ints) -> "Edges":
+        """Those selected by a mask or by indices."""
+        return Edges(self.ends[kept], self.face[kept])
+
+    def joined(self, others: "Edges") -> "Edges":
+        """These, and others after them."""
+        return Edges(np.concatenate([self.ends, others.ends]), np.concatenate([self.face, others.face]))
+
     def lines(self, family: LineFamily, vertices: Floats) -> LineSet:
         """The edges as lines that no threshold filters."""
         ones = np.ones((len(self.ends), 2))

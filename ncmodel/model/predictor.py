@@ -19,6 +19,7 @@ from ncmodel.model.letterbox import Square
 from ncmodel.model.maps import line_maps, network_maps
 from ncmodel.model.ridge_detection import find_ridges, polylines
 from ncmodel.model.score import DrawingScore
+from ncmodel.model.setting_choice import choose_setting
 from ncmodel.model.threshold_search import Budget, budget_named, optimise
 from ncmodel.nets.blocks import threads_for
 from ncmodel.nets.checkpoints import Checkpoint, load_checkpoint
@@ -58,29 +59,35 @@ class Model:
             "geometry": ("ranker",),
             "image": ("translator",),
         }
-        return tuple(variant for variant, names in needs.items() if set(names) <= set(self.checkpoint.networks))
+        have = set(self.checkpoint.networks)
+        if "statistics" in have:
+            have.add("ranker")  # it ranks by itself
+        return tuple(variant for variant, names in needs.items() if set(names) <= have)
 
     def choose(
         self,
         view: View,
         variant: Variant | None = None,
         budget: Budget | str = "balanced",
-        families: Sequence[LineFamily] = FILTERED_FAMILIES,
+        families: Sequence[LineFamily] = tuple(LineFamily),
     ) -> Plan:
         """Decide what to draw of a view.
 
         Args:
             view: The view.
             variant: Which branches take part; all that the model has by default.
-            budget: How thoroughly thresholds are searched: "draft", "balanced", "accurate", or a budget of your own.
-            families: The filtered families that may be drawn.
+            budget: How thoroughly the choice is made: "instant" (only by a model that counts ink), "draft", "balanced",
+                "accurate", or a budget of your own.
+            families: The families that may be drawn, besides contours; boundaries always may.
 
         Returns:
-            The plan, its thresholds in units of the 90th percentiles.
+            The plan, its thresholds in units of the 90th percentiles, or of rtsc's where settings are chosen among.
 
         Raises:
             UsageError: The model lacks a network that the variant needs, or there is no such budget.
         """
+        if budget == "instant" and self.checkpoint.statistics is None:
+            raise ArgumentError("preset", "'instant'", "draft, balanced or accurate: this model doesn't count ink")
         budget = budget_named(budget) if isinstance(budget, str) else budget
         variant = variant or self.variants[0]
         if variant not in self.variants:
@@ -89,8 +96,10 @@ class Model:
         maps = network_maps(seen)
         strokes = () if variant == "geometry" else self._image_lines(maps, seen)
         plan = Plan((), Thresholds(None, None, None, None, unit="p90"), strokes)
-        if variant != "image":
-            plan = self._with_geometry(plan, seen, maps, budget, families)
+        if variant != "image" and self.checkpoint.statistics is not None:
+            plan = self._with_setting(plan, seen, maps, budget, families)
+        elif variant != "image":
+            plan = self._with_geometry(plan, seen, maps, budget, [f for f in families if f in FILTERED_FAMILIES])
         scale = view.camera.width / seen.camera.width
         return replace(plan, strokes=tuple(replace(s, points=s.points * scale) for s in plan.strokes))
 
@@ -115,6 +124,21 @@ class Model:
         with timed(seen.trace, "ridges"):
             square = Square(maps.shape[1], maps.shape[2], probability.shape[0])
             return polylines(find_ridges(probability), square)
+
+    def _with_setting(
+        self, plan: Plan, seen: View, maps: Image, budget: Budget, families: Sequence[LineFamily]
+    ) -> Plan:
+        """The plan with the setting that people would most probably prefer."""
+        counting = self.checkpoint.statistics
+        assert counting is not None
+        image = strokes_ink(plan.strokes, seen.camera) if plan.strokes else None
+        allowed = (*families, LineFamily.BOUNDARIES)
+        with threads_for(self.checkpoint.preset.ranking.width):
+            choice = choose_setting(
+                seen, maps, counting, self.checkpoint.ranker, budget.shortlist, allowed, image, budget.mirrored
+            )
+        chosen = choice.setting.plan()
+        return replace(chosen, strokes=plan.strokes, score=choice.score, evaluations=choice.evaluations)
 
     def _with_geometry(
         self, plan: Plan, seen: View, maps: Image, budget: Budget, families: Sequence[LineFamily]

@@ -50,6 +50,8 @@ class Budget:
         rough_grid: Score the grid in bfloat16, which halves its time. Only climbed points then count.
         mirrored: Take the mean of what the ranking module says of a drawing and of its mirror image, which is as good:
             the search then leads less often to what only pleases the module.
+        shortlist: With a model that counts ink: how many of the settings that its numbers favour the ranking module
+            looks at.
     """
 
     shares: tuple[float, ...]
@@ -58,6 +60,7 @@ class Budget:
     iterations: int
     rough_grid: bool = False
     mirrored: bool = False
+    shortlist: int = 0
 
     def __post_init__(self) -> None:
         if not self.shares or not all(0 <= share <= 1 for share in self.shares):
@@ -67,9 +70,14 @@ class Budget:
 
 
 BUDGETS = {
-    "draft": Budget((0.6, 0.3, 0.0), full_grid=False, climbs=1, iterations=4, rough_grid=True),
-    "balanced": Budget((0.6, 0.3, 0.0), full_grid=True, climbs=3, iterations=12, rough_grid=True, mirrored=True),
-    "accurate": Budget((0.6, 0.3, 0.0, 0.85, 0.45), full_grid=True, climbs=8, iterations=30, mirrored=True),
+    "instant": Budget((0.3,), full_grid=False, climbs=0, iterations=0),
+    "draft": Budget((0.6, 0.3, 0.0), full_grid=False, climbs=1, iterations=4, rough_grid=True, shortlist=4),
+    "balanced": Budget(
+        (0.6, 0.3, 0.0), full_grid=True, climbs=3, iterations=12, rough_grid=True, mirrored=True, shortlist=16
+    ),
+    "accurate": Budget(
+        (0.6, 0.3, 0.0, 0.85, 0.45), full_grid=True, climbs=8, iterations=30, mirrored=True, shortlist=64
+    ),
 }
 """The search budget of each preset. The shares are like those that the candidates' thresholds leave of real meshes'
 lines: a ranking module judges drawings like those that it was trained on, and all lines of all families aren't."""

@@ -18,13 +18,16 @@ from torch import Tensor, nn
 
 from ncmodel.errors import InputError
 from ncmodel.files import atomic
-from ncmodel.nets.presets import Preset
+from ncmodel.nets.presets import Preset, StatisticsDims
 from ncmodel.nets.ranking import RankingModule
+from ncmodel.nets.statistics_ranker import StatisticsRanker
 from ncmodel.nets.translation import TranslationBranch
 
 FORMAT_VERSION = 1
 MODEL_KIND = "neural-contours model"
 _HEADER_KEY = "neural-contours"
+NETWORKS = ("ranker", "translator", "statistics")
+"""What a checkpoint may hold."""
 
 Tensors = dict[str, Tensor]
 
@@ -37,23 +40,27 @@ class Checkpoint:
         preset: Dimensions of both networks and how they are trained.
         ranker: The neural ranking module, if it has been trained.
         translator: The image translation branch, if it has been trained.
+        statistics: The ranker on plain numbers, if it has been trained.
         training: What the training recorded: seed, pairs, and per stage its epochs and validation measures.
     """
 
     preset: Preset
     ranker: RankingModule | None = None
     translator: TranslationBranch | None = None
+    statistics: StatisticsRanker | None = None
     training: dict[str, Any] = field(default_factory=dict)
 
     @property
     def networks(self) -> dict[str, nn.Module]:
         """The networks that are there, by name."""
-        pair = {"ranker": self.ranker, "translator": self.translator}
-        return {name: network for name, network in pair.items() if network is not None}
+        known = {name: getattr(self, name) for name in NETWORKS}
+        return {name: network for name, network in known.items() if network is not None}
 
 
-def build_network(name: str, preset: Preset) -> RankingModule | TranslationBranch:
-    """The network called "ranker" or "translator", with weights as torch happens to draw them."""
+def build_network(name: str, preset: Preset) -> nn.Module:
+    """One of `NETWORKS`, with weights as torch happens to draw them."""
+    if name == "statistics":
+        return StatisticsRanker(preset.statistics or StatisticsDims())
     return RankingModule(preset.ranking) if name == "ranker" else TranslationBranch(preset.translation)
 
 
@@ -84,12 +91,12 @@ def load_checkpoint(path: str | Path, device: torch.device | str = "cpu") -> Che
         training = dict(header["training"])
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise InputError(path, f"damaged header ({error})", expected) from error
-    if not set(names) <= {"ranker", "translator"} or not names:
-        raise InputError(path, f"networks are {names}", "ranker, translator or both")
+    if not set(names) <= set(NETWORKS) or not names:
+        raise InputError(path, f"networks are {names}", f"some of {', '.join(NETWORKS)}")
     loaded: dict[str, Any] = {name: _assemble(path, name, preset, tensors) for name in names}
     if tensors:
         raise InputError(path, f"tensor {min(tensors)!r} is of no network", expected)
-    return Checkpoint(preset, loaded.get("ranker"), loaded.get("translator"), training)
+    return Checkpoint(preset, loaded.get("ranker"), loaded.get("translator"), loaded.get("statistics"), training)
 
 
 def _assemble(path: str | Path, name: str, preset: Preset, tensors: Tensors) -> nn.Module:

@@ -62,6 +62,29 @@ class RankingDims:
 
 
 @dataclass(frozen=True)
+class StatisticsDims:
+    """Architecture of the ranker on numbers.
+
+    Attributes:
+        numbers: Of each drawing.
+        settings: That drawings are chosen among.
+        width: Hidden units of each network.
+        networks: How many vote.
+        dropout: Share of the numbers that a network doesn't see in a training step.
+    """
+
+    numbers: int = 149
+    settings: int = 256
+    width: int = 48
+    networks: int = 8
+    dropout: float = 0.2
+
+    def __post_init__(self) -> None:
+        if min(self.numbers, self.settings, self.width, self.networks) < 1 or not 0.0 <= self.dropout < 1.0:
+            raise ValueError(f"{self}: expected positive numbers and a share")
+
+
+@dataclass(frozen=True)
 class Rates:
     """How one training stage runs.
 
@@ -99,6 +122,8 @@ class Preset:
         averaging: The weights that are judged and kept are an exponential moving average over steps with this decay; 0
             keeps the last ones, as the paper does. Weights trained on few data at high rates jump about from step to
             step; their average generalises better and steadily.
+        statistics: The ranker on plain numbers, which the paper doesn't have; None does without.
+        counting: How it is trained.
     """
 
     name: str
@@ -109,6 +134,8 @@ class Preset:
     finetune: Rates
     variation: Variation = field(default_factory=Variation)
     averaging: float = 0.0
+    statistics: StatisticsDims | None = None
+    counting: Rates = field(default_factory=lambda: Rates(3e-3, batch=64, epochs=40))
 
     def __post_init__(self) -> None:
         if self.translation.size % self.ranking.size:
@@ -119,6 +146,16 @@ class Preset:
         """The preset as JSON's own types, for checkpoint headers."""
         record: dict[str, Any] = json.loads(json.dumps(asdict(self)))
         return record
+
+    @property
+    def stages(self) -> tuple[str, ...]:
+        """What is trained, in order: each stage is named after what it trains."""
+        return ("ranker", "translator", "finetune", *(["statistics"] if self.statistics else []))
+
+    def rates(self, stage: str) -> Rates:
+        """How a stage runs."""
+        rates: Rates = self.counting if stage == "statistics" else getattr(self, stage)
+        return rates
 
     @classmethod
     def from_record(cls, record: dict[str, Any]) -> Self:
@@ -132,7 +169,9 @@ class Preset:
         parts["ranking"] = RankingDims(**{**ranking, "blocks": tuple(ranking["blocks"])})
         parts["translation"] = TranslationDims(**parts.pop("translation"))
         parts["variation"] = Variation(**parts.pop("variation"))
-        for stage in ("ranker", "translator", "finetune"):
+        if parts.get("statistics") is not None:
+            parts["statistics"] = StatisticsDims(**parts["statistics"])
+        for stage in {"ranker", "translator", "finetune", "counting"} & set(parts):
             parts[stage] = Rates(**parts.pop(stage))
         return cls(**parts)
 
@@ -157,6 +196,7 @@ PRESETS = {
             finetune=Rates(2e-5, batch=32, epochs=2),
             variation=Variation(quarter_turns=True),
             averaging=0.98,
+            statistics=StatisticsDims(),
         ),
         Preset(
             "tiny",
@@ -167,6 +207,7 @@ PRESETS = {
             finetune=Rates(2e-5, batch=32, epochs=1),
             variation=Variation(quarter_turns=True),
             averaging=0.98,
+            statistics=StatisticsDims(),
         ),
     )
 }

@@ -6,6 +6,7 @@ end at those edges. That suits drawings that show creases, too: where a part end
 """
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from ncmodel.geometry.raycast import RayScene
 from ncmodel.jit import kernel
 from ncmodel.lines.chaining import chain, connected
 from ncmodel.lines.edges import Edges
+from ncmodel.lines.rounded_edges import LEAST_BEND, edge_keys, rounded_edges
 from ncmodel.mesh.union_find import root
 from ncmodel.scene.surface import CREASE_ANGLE, Surface
 from ncmodel.tracing import stage, timed
@@ -32,8 +34,38 @@ RAGGED = math.radians(20.0)
 median), are bits of a rounded edge."""
 
 
+@dataclass(frozen=True, eq=False)
+class CreaseLines:
+    """The lines along which a surface is bent.
+
+    Attributes:
+        sharp: Edges that bend by more than the crease angle.
+        rounded: Edges in the middle of rounded edges of few faces, one along each.
+        flanks: (n, 2) for each of those, the faces before and after the rounded edge.
+        strips: All edges of rounded edges.
+    """
+
+    sharp: Edges
+    rounded: Edges
+    flanks: Ints
+    strips: Edges
+
+    def seen_from(self, eye: Floats, vertices: Floats, faces: Indices) -> Edges:
+        """The lines that are drawn: where one flank looks away, a rounded edge has an outline, which isn't its middle.
+
+        Args:
+            eye: (3,) where from.
+            vertices: (V, 3).
+            faces: (F, 3).
+        """
+        corners = vertices[faces[self.flanks]]
+        normals = np.cross(corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :])
+        facing = np.einsum("ijk,ijk->ij", normals, eye - corners[..., 0, :]) > 0.0
+        return self.sharp.joined(self.rounded.take(facing[:, 0] == facing[:, 1]))
+
+
 def split_at_creases(surface: Surface, angle_degrees: float) -> Surface:
-    """The surface parted at its `crease_lines`; `surface` itself if it has none.
+    """The surface parted at its `crease_lines`, and at all edges of rounded ones; `surface` itself if it has none.
 
     It is made once for each angle.
     """
@@ -44,21 +76,25 @@ def split_at_creases(surface: Surface, angle_degrees: float) -> Surface:
     return surface.parted[angle_degrees]
 
 
-def crease_lines(surface: Surface, angle_degrees: float) -> Edges:
-    """The creases that are lines and neither rough spots nor bits of a rounded edge.
+def crease_lines(surface: Surface, angle_degrees: float) -> CreaseLines:
+    """The creases that are lines and neither rough spots nor bits of a rounded edge; and a line along rounded edges.
 
     Where few triangles span a rounded edge, some of their sides happen to bend by more than the angle: fragments that
     zigzag along it and are hardly anywhere bent by much more. Edges of a form are bent sharply, or run evenly.
     """
     if isinstance(surface, _Parted) and surface.angle_degrees == angle_degrees:
         return surface.parted_at
-    creases = surface.creases(angle_degrees)
-    if len(creases) == 0:
-        return creases
+    vertices, rings, creases = surface.mesh.vertices, surface.rings, surface.creases(angle_degrees)
     strongest = surface.creases(min(STRONG * angle_degrees, 180.0))
+    bends = surface.creases(min(math.degrees(LEAST_BEND), angle_degrees))
     with timed(surface.trace, "crease_lines"):
-        kept = _are_lines(surface.mesh.vertices, creases, strongest)
-    return Edges(creases.ends[kept], creases.face[kept])
+        if len(creases):
+            creases = creases.take(_are_lines(vertices, creases, strongest))
+        strips = rounded_edges(vertices, surface.faces, rings, bends, math.radians(angle_degrees))
+        middle = np.flatnonzero(strips.middle)
+        middle = middle[_are_rounded(vertices[strips.edges.ends[middle]])]
+        part = np.flatnonzero(np.isin(strips.across, middle).any(axis=1))
+        return CreaseLines(creases, strips.edges.take(middle), strips.flanks[middle], strips.edges.take(part))
 
 
 def off_flats(lines: LineSet, surface: Surface) -> LineSet:
@@ -74,10 +110,19 @@ def _are_lines(vertices: Floats, creases: Edges, strongest: Edges) -> Mask:
     run = connected(points)
     length = np.linalg.norm(points[:, 1] - points[:, 0], axis=1)
     total = np.bincount(run, length)
-    strong = np.isin(_keys(creases, len(vertices)), _keys(strongest, len(vertices)))
+    strong = np.isin(edge_keys(creases.ends, len(vertices)), edge_keys(strongest.ends, len(vertices)))
     large = (np.bincount(run) >= CREASE_EDGES) | (total >= CREASE_LENGTH)
     sharp = np.bincount(run, length * strong) >= STRONG_SHARE * total
     return np.asarray((large & (sharp | (_raggedness(points, run) <= RAGGED)))[run])
+
+
+def _are_rounded(points: Floats) -> Mask:
+    """(n,) which of the middles (n, 2, 3) of strips are lines: what is short or zigzags is roughness."""
+    if len(points) == 0:
+        return np.zeros(0, dtype=np.bool_)
+    run = connected(points)
+    long = np.bincount(run, np.linalg.norm(points[:, 1] - points[:, 0], axis=1)) >= CREASE_LENGTH
+    return np.asarray((long & (_raggedness(points, run) <= RAGGED))[run])
 
 
 def _raggedness(points: Floats, run: Ints) -> Floats:
@@ -106,28 +151,24 @@ def _raggedness(points: Floats, run: Ints) -> Floats:
     return median
 
 
-def _keys(edges: Edges, count: int) -> Ints:
-    """(n,) a number for each edge of a mesh with `count` vertices."""
-    return np.asarray(edges.ends.min(axis=1) * count + edges.ends.max(axis=1))
-
-
-def _parted_at(surface: Surface, edges: Edges, angle_degrees: float, rings: Rings, normals: Floats) -> Surface:
-    """The surface parted at its creases sharper than the angle that are lines."""
+def _parted_at(surface: Surface, lines: CreaseLines, angle_degrees: float, rings: Rings, normals: Floats) -> Surface:
+    """The surface parted at its creases sharper than the angle that are lines, and at the edges of rounded edges."""
+    edges = lines.sharp.joined(lines.strips)
     vertices, faces = surface.mesh.vertices, surface.faces
-    creases = np.unique(_keys(edges, len(vertices)))
+    creases = np.unique(edge_keys(edges.ends, len(vertices)))
     # Where a sheet's two sides share vertices, their normals cancel, and some face looks away from what is left.
     suspects = np.union1d(edges.ends, np.flatnonzero(_strays(vertices, faces, normals)))
     new_faces, doubled = _part(vertices, faces, rings, suspects, creases)
     if len(doubled) == 0:
         return surface
-    return _Parted(surface, np.concatenate([vertices, vertices[doubled]]), new_faces, edges, angle_degrees)
+    return _Parted(surface, np.concatenate([vertices, vertices[doubled]]), new_faces, lines, angle_degrees)
 
 
 class _Parted(Surface):
     """A surface with the vertices on creases doubled, one for each part that meets there; otherwise the `whole` one."""
 
     def __init__(
-        self, whole: Surface, vertices: Floats, faces: Indices, parted_at: Edges, angle_degrees: float
+        self, whole: Surface, vertices: Floats, faces: Indices, parted_at: CreaseLines, angle_degrees: float
     ) -> None:
         mesh = Mesh(vertices, faces.astype(np.int64), whole.mesh.name, whole.mesh.notes)
         super().__init__(mesh, whole.trace, whole.sizing)

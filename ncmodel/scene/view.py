@@ -151,16 +151,18 @@ class View:
         """The lines of a family that may be seen, at threshold 0.
 
         They are `lines` except for occluding contours, which are `outlines`: rays tell what is hidden, so curvature
-        isn't needed; for creases, of which bits of rough surfaces and of rounded edges are left out; for these and
-        boundaries, where inner walls and edges of other parts touch a flat side from behind; and for lines of curvature
-        on the flats of a surface with creases, which have no curvature.
+        isn't needed; for creases, of which bits of rough surfaces are left out and lines along rounded edges are some;
+        for these and boundaries, where inner walls and edges of other parts touch a flat side from behind; and for
+        lines of curvature on the flats of a surface with creases, which have no curvature.
         """
         if family is LineFamily.CONTOURS:
             return self.outlines
         if family in (LineFamily.CREASES, LineFamily.BOUNDARIES):
             surface, whole, angle = self.surface, self.surface.whole, self.crease_angle
-            creased = family is LineFamily.CREASES
-            found = creases.crease_lines(surface, angle) if creased else surface.boundary_edges
+            if family is LineFamily.CREASES:
+                found = creases.crease_lines(surface, angle).seen_from(self.eye, whole.mesh.vertices, whole.faces)
+            else:
+                found = surface.boundary_edges
             if len(found):
                 found = bent_to(found, whole.mesh.vertices, whole.rings, self.eye, math.radians(angle))
             return found.lines(family, whole.mesh.vertices)

@@ -20,7 +20,7 @@ from ncmodel.nets.checkpoints import Tensors, load_tensors, save_tensors
 from ncmodel.progress import Progress, silent
 from ncmodel.training.objectives import Measures, Objective
 
-STAGES = ("ranker", "translator", "finetune")
+STAGES = ("ranker", "translator", "finetune", "statistics")
 STATE_KIND = "neural-contours training state"
 
 

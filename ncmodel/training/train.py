@@ -24,17 +24,25 @@ from ncmodel.errors import ArgumentError, InputError, UsageError
 from ncmodel.files import write_text
 from ncmodel.nets.blocks import WIDE, initialise, threads_for
 from ncmodel.nets.checkpoints import Checkpoint, load_checkpoint, save_checkpoint
-from ncmodel.nets.presets import Preset, Rates
+from ncmodel.nets.presets import Preset
 from ncmodel.nets.ranking import RankingModule
+from ncmodel.nets.statistics_ranker import StatisticsRanker
 from ncmodel.nets.translation import TranslationBranch
 from ncmodel.progress import Progress, silent
 from ncmodel.training.dataset import ViewImages, read_training_pairs
 from ncmodel.training.loop import STAGES, Plan, Progressed, fit
-from ncmodel.training.objectives import FinetuneObjective, Measures, Objective, RankerObjective, TranslatorObjective
+from ncmodel.training.objectives import (
+    FinetuneObjective,
+    Measures,
+    Objective,
+    RankerObjective,
+    TranslatorObjective,
+)
+from ncmodel.training.statistics import DrawingNumbers, StatisticsObjective, learn_habit, learn_mix
 
 N = TypeVar("N", bound=nn.Module)
 
-TIME_SHARES = {"ranker": 0.5, "translator": 0.35, "finetune": 0.15}
+TIME_SHARES = {"ranker": 0.5, "translator": 0.33, "finetune": 0.12, "statistics": 0.05}
 """How a budget of seconds is split among the stages that run."""
 
 
@@ -43,7 +51,7 @@ class TrainOptions:
     """How to train.
 
     Attributes:
-        stages: Some of "ranker", "translator", "finetune", in this order.
+        stages: Some of "ranker", "translator", "finetune", "statistics", in this order; what the preset has by default.
         epochs: Passes over the data in each stage, those of earlier runs included; the preset's numbers by default.
         seconds: Stop early after this long; the stages get shares of it. How far a machine gets in a time varies, so
             only training without it is reproducible.
@@ -52,7 +60,7 @@ class TrainOptions:
         device: Where to compute: "cpu", "cuda", or another of torch's devices.
     """
 
-    stages: tuple[str, ...] = STAGES
+    stages: tuple[str, ...] | None = None
     epochs: int | None = None
     seconds: float | None = None
     seed: int = 0
@@ -60,7 +68,7 @@ class TrainOptions:
     device: str = "cpu"
 
     def __post_init__(self) -> None:
-        if not self.stages or any(stage not in STAGES for stage in self.stages):
+        if self.stages is not None and not (self.stages and set(self.stages) <= set(STAGES)):
             raise ArgumentError("stages", repr(",".join(self.stages)), f"all or one of {', '.join(STAGES)}")
         if self.epochs is not None and self.epochs < 1:
             raise ArgumentError("epochs", str(self.epochs), "at least 1")
@@ -146,8 +154,10 @@ def run_training(
     if not Path(out).absolute().parent.is_dir():
         raise InputError(out, "its folder doesn't exist", "a file in an existing folder")
     images = ViewImages(folder, (preset.translation.size, preset.ranking.size))
+    if options.stages is not None and not set(options.stages) <= set(preset.stages):
+        raise ArgumentError("stages", ",".join(options.stages), f"what {preset.name!r} has: {', '.join(preset.stages)}")
     run = _Run(Path(out), preset, options, images, read)
-    for name in options.stages:
+    for name in run.stages:
         run.stage(name, progress)
     return TrainReport(str(out), preset.name, run.counts, run.reports, run.history)
 
@@ -159,16 +169,17 @@ class _Run:
         self, out: Path, preset: Preset, options: TrainOptions, images: ViewImages, pairs: Sequence[Pair]
     ) -> None:
         self.out, self.preset, self.options, self.images, self.pairs = out, preset, options, images, pairs
+        self.stages = options.stages or preset.stages
         splits = [pair.split for pair in pairs]
         self.counts = {split: splits.count(split) for split in ("train", "validation")}
         self.reports: list[StageReport] = []
         self.history: dict[str, list[dict[str, Any]]] = {}
         self.history_file = out.with_name(f"{out.name}.history.json")
         self.checkpoint = Checkpoint(preset)
-        if out.exists() and not (options.restart and options.stages == STAGES):
+        if out.exists() and not (options.restart and self.stages == preset.stages):
             self._take_over()
         if options.restart:
-            for name in options.stages:
+            for name in self.stages:
                 self._forget(name)
 
     @cached_property
@@ -189,11 +200,14 @@ class _Run:
     def stage(self, name: str, progress: Progress) -> None:
         """Run one stage to its end and write the checkpoint."""
         begin = time.monotonic()
-        objective = self._objective(name)
+        objective = self._objective(name, progress)
         # The image branch doubles its few channels four times: its inner layers are wide enough for all threads.
         width = WIDE if name == "translator" else self.preset.ranking.width
         with threads_for(width):
             done = fit(objective, self._plan(name), progress)
+            if isinstance(objective, StatisticsObjective):
+                learn_habit(objective)
+                learn_mix(objective, self.checkpoint.ranker, self.images)
         if self.records.get(name, {}).get("epochs") != len(done.history):
             self._keep(objective, done)
         seconds = time.monotonic() - begin
@@ -214,6 +228,8 @@ class _Run:
                 ) from error
 
     def _forget(self, stage: str) -> None:
+        if stage == "statistics":
+            self.checkpoint.statistics = None
         self.state_file(stage).unlink(missing_ok=True)
         self.records.pop(stage, None)
 
@@ -226,15 +242,19 @@ class _Run:
             "pairs": f"{len(self.pairs)} {_short_hash(pairs)}",
             "pictures": self._pictures,
         }
-        rates: Rates = getattr(self.preset, stage)
+        rates = self.preset.rates(stage)
         seconds = self.options.seconds
         if seconds is not None:
-            seconds *= TIME_SHARES[stage] / sum(TIME_SHARES[name] for name in self.options.stages)
+            seconds *= TIME_SHARES[stage] / sum(TIME_SHARES[name] for name in self.stages)
         return Plan(self.state_file(stage), settings, self.options.epochs or rates.epochs, self.options.seed, seconds)
 
-    def _objective(self, stage: str) -> Objective:
+    def _objective(self, stage: str, progress: Progress) -> Objective:
         """What a stage trains: new networks, which `fit` brings to where their state says, or those to finetune."""
         shared = (self.images, self.pairs)
+        if stage == "statistics":
+            assert self.preset.statistics is not None, "else it isn't among the preset's stages"
+            counting = self._new(StatisticsRanker(self.preset.statistics), stage, "cpu")
+            return StatisticsObjective(self.preset, counting, DrawingNumbers(self.images.data), self.pairs, progress)
         if stage == "ranker":
             return RankerObjective(self.preset, self._new(RankingModule(self.preset.ranking), stage), *shared)
         if stage == "translator":
@@ -249,21 +269,25 @@ class _Run:
             raise UsageError(f"{self.out}: finetuning needs both networks; train the {missing} first")
         return FinetuneObjective(self.preset, trained.ranker, trained.translator, *shared)
 
-    def _new(self, network: N, stage: str) -> N:
+    def _new(self, network: N, stage: str, device: str | None = None) -> N:
         """A network with the weights that the seed gives it."""
         if stage in self.records and not self.state_file(stage).exists():
             lost = f"{self.out}: holds a trained {stage}, but {self.state_file(stage).name}, needed to go on, is gone"
             raise UsageError(f"{lost}; expected that file, or a restart")
         seed = np.random.SeedSequence([self.options.seed, STAGES.index(stage)]).generate_state(1)[0]
-        initialise(network, torch.Generator().manual_seed(int(seed)))
-        return network.to(self.options.device)
+        generator = torch.Generator().manual_seed(int(seed))
+        if isinstance(network, StatisticsRanker):
+            network.initialise(generator)
+        else:
+            initialise(network, generator)
+        return network.to(device or self.options.device)
 
     def _keep(self, objective: Objective, done: Progressed) -> None:
-        """Put a stage's networks into the checkpoint. What was finetuned on earlier ones is void."""
+        """Put a stage's networks into the checkpoint. What was trained on earlier ones is void."""
         for name, network in objective.networks.items():
             setattr(self.checkpoint, name, network)
-        if objective.name != "finetune":
-            self._forget("finetune")
+        for later in STAGES[max(STAGES.index(objective.name) + 1, STAGES.index("finetune")) :]:
+            self._forget(later)
         self.records[objective.name] = {
             "epochs": len(done.history),
             "best_epoch": done.best_epoch,

@@ -30,6 +30,11 @@ def strokes_of(
     return list(strokes(lines, CAMERA, tolerance, shortest))
 
 
+def stroke(*points: tuple[float, float], family: str = "contours", alpha: float = 1.0) -> Stroke:
+    """A stroke of even opacity through some points."""
+    return Stroke(family, np.array(points, dtype=np.float64), np.full(len(points), alpha))
+
+
 def pen_reversed(stroke: Stroke) -> Stroke:
     """The same stroke, drawn from its other end."""
     return Stroke(stroke.family, stroke.points[::-1], stroke.alpha[::-1])

@@ -13,8 +13,8 @@ from dataset_tools.build.build import Summary, build_dataset, folder_status
 from dataset_tools.build.config import TaskLimits
 from dataset_tools.build.mesh_files import find_sources, read_up_table
 from dataset_tools.build.runners import HereRunner
-from dataset_tools.candidates.candidates import INK_LEVEL
 from ncmodel.camera import Camera
+from ncmodel.drawing.settings import INK_LEVEL
 from ncmodel.errors import InputError
 from ncmodel.mesh.load import load_mesh
 from ncmodel.mesh.ply import ply_bytes

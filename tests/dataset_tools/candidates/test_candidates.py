@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from dataset_tools.candidates.candidates import (
-    INK_LEVEL,
     Candidates,
     CandidateThresholds,
     draw_candidates,
@@ -20,6 +19,7 @@ from dataset_tools.candidates.viewpoints import camera_at
 from ncmodel.camera import Camera
 from ncmodel.drawing.draw import draw_view
 from ncmodel.drawing.plan import Plan
+from ncmodel.drawing.settings import INK_LEVEL
 from ncmodel.mesh.load import make_mesh
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View

@@ -12,7 +12,7 @@ from dataset_tools.questionnaires.batch import make_batch
 from dataset_tools.questionnaires.batch_folder import Look
 from dataset_tools.questionnaires.questionnaire import NONE, Question, Scheme
 from dataset_tools.simulation.adversaries import KINDS
-from dataset_tools.simulation.artists import Artist, ArtistDrawings, artist_drawing, crowd_artists
+from dataset_tools.simulation.artists import ArtistDrawings, crowd_artists
 from dataset_tools.simulation.crowd import SimulatedArtists, sample_distances, simulate_batch
 from dataset_tools.simulation.participants import Crowd, attentive, distances_between, make_crowd
 from dataset_tools.simulation.rule_trial import run_trial
@@ -24,14 +24,10 @@ from dataset_tools.votes.consensus import Rules, aggregate
 from dataset_tools.votes.ingest import ingest_results, top_up_needs
 from dataset_tools.votes.reliability import assess
 from dataset_tools.votes.votes import read_votes, to_frame
-from ncmodel.camera import Camera
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
 from ncmodel.errors import InputError, UsageError
-from ncmodel.scene.surface import Surface
-from ncmodel.scene.view import View
-from ncmodel.types import Floats, LineFamily, Mesh
-from tests.helpers.analytic import torus
+from ncmodel.types import Floats
 from tests.helpers.crowd_data import make_data, scribble
 
 LENIENT = Crowd(noise=0.02, far=1.0, random_clickers=0.3)
@@ -57,54 +53,6 @@ def answered(data: Path) -> Path:
     return folder
 
 
-def test_artists_are_alike_but_not_the_same() -> None:
-    artists = crowd_artists(5)
-    assert artists == crowd_artists(5)
-    assert len({artist.inner for artist in artists}) == 5
-    assert all(0.3 < artist.inner < 1.2 for artist in artists)
-    assert all(sum(artist.shares.values()) == pytest.approx(1.0) for artist in artists)
-    assert all(max(artist.shares, key=lambda f: artist.shares[f]) is LineFamily.APPARENT for artist in artists)
-
-
-def bumpy_view() -> View:
-    vertices, faces = torus()
-    bumps = 1.0 + 0.06 * np.sin(14 * vertices[:, :1]) * np.sin(17 * vertices[:, 1:2])
-    mesh = Mesh(vertices * bumps, faces, "bumpy")
-    return View(Surface(mesh), Camera.orbit(mesh.vertices, elevation=50.0, size=(256, 256)))
-
-
-def test_an_artist_who_wants_more_draws_more() -> None:
-    view, typical = bumpy_view(), crowd_artists(1)[0]
-    inks = []
-    for inner in (0.0, 0.5, 2.0):
-        artist = Artist(0, inner, typical.shares, 0.0, 0)
-        inks.append(artist_drawing(view, artist, np.random.default_rng(0)))
-    assert 0 < inks[0].sum() <= inks[1].sum() <= inks[2].sum()
-    assert inks[2].sum() > inks[0].sum()
-    assert all((ink >= inks[0]).all() for ink in inks), "contours are never left out"
-    assert inks[0].max() <= 1.0
-
-
-def test_forgetful_artists_forget_some_strokes_and_the_seed_says_which() -> None:
-    view, typical = bumpy_view(), crowd_artists(1)[0]
-    sure = artist_drawing(view, Artist(0, 2.0, typical.shares, 0.0, 0), np.random.default_rng(0))
-    forgetful = Artist(0, 2.0, typical.shares, 1.0, 0)
-    drawn = [artist_drawing(view, forgetful, np.random.default_rng(seed)) for seed in (1, 1, 2, 3)]
-    assert (drawn[0] == drawn[1]).all()
-    assert any(one.sum() < sure.sum() for one in drawn)
-
-
-def test_mechanical_shapes_get_their_creases(data: Path) -> None:
-    """A box seen from a corner shows its nine visible edges."""
-    small = DataFolder(data).open_view(Item("shape_1", "0"))
-    view = View(small.surface, small.camera.resized(512, 512))
-    box = artist_drawing(view, crowd_artists(1)[0], np.random.default_rng(0))
-    edges = view.camera.project(view.visible(LineFamily.CREASES).points)[..., :2]
-    middle = edges.mean(axis=1).astype(int)
-    assert len(edges) >= 7
-    assert np.mean([box[v - 1 : v + 2, u - 1 : u + 2].max() > 0.5 for u, v in middle]) > 0.9
-
-
 def test_drawings_are_kept_and_said_to_be_simulated(data: Path) -> None:
     drawings = ArtistDrawings(DataFolder(data), crowd_artists(2))
     item = DataFolder(data).items()[0]
@@ -114,8 +62,8 @@ def test_drawings_are_kept_and_said_to_be_simulated(data: Path) -> None:
     before = paths[0].stat().st_mtime_ns
     assert drawings.paths(item)[0].stat().st_mtime_ns == before
     assert drawings.inks(item)[0].shape == (96, 96)
-    other = ArtistDrawings(DataFolder(data), crowd_artists(2, seed=9))
-    assert other.folder != drawings.folder, "other tastes, other drawings"
+    for other in (crowd_artists(2, seed=9), crowd_artists(2, kind="frugal")):
+        assert ArtistDrawings(DataFolder(data), other).folder != drawings.folder, "other tastes, other drawings"
     with pytest.raises(InputError):
         drawings.paths(Item("nobody", "0"))
 

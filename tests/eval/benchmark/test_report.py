@@ -188,10 +188,38 @@ def test_the_command_measures_and_reports(
     assert {effort["shape"] for effort in record["presets"]} == {"torus"}
     # Of this coarse torus a pixel in fifteen hundred is farther from its contour, which runs on the smooth surface.
     assert [view["outline"] for view in record["coverage"]] == pytest.approx([1.0] * 5, abs=0.002)
+    assert [view["shape"] for view in record["neatness"]] == ["torus"] * 5
+    assert (tmp_path / "out" / "coverage.csv").read_text(encoding="utf-8").count("torus") == 5
     assert record["view"]["faces"] == pytest.approx(1_000, rel=0.05)
     assert record["distances"][0]["way"] == "layers"
     assert [build["workers"] for build in record["builds"]] == [1, 2]
     assert (tmp_path / "out" / "bench.html").is_file()
+
+
+def test_only_parts_of_it_on_meshes_some_of_which_fail(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write_ply(tmp_path / "torus.ply", bumpy_torus(2_000))
+    (tmp_path / "empty.obj").write_text("")
+    meshes = [str(tmp_path / "empty.obj"), str(tmp_path / "torus.ply")]
+    assert main(["bench", *meshes, "-o", str(tmp_path / "out"), "--parts", "neatness"]) == 1
+    out, error = capsys.readouterr()
+    assert error.splitlines()[-1].startswith("ncontours: 1 could not be measured: ")
+    assert out.split()[:3] == ["shape", "jaggedness", "dashes"]
+    record = json.loads((tmp_path / "out" / "bench.json").read_text(encoding="utf-8"))
+    assert (len(record["neatness"]), len(record["failures"]), record["scaling"]) == (5, 1, [])
+    assert "empty.obj" in record["failures"][0]
+    page = (tmp_path / "out" / "bench.html").read_text(encoding="utf-8")
+    assert "How neat drawings are" in page
+    assert "empty.obj" in page
+
+
+@pytest.mark.parametrize("parts", ["speed,taste", ",", ""])
+def test_parts_that_are_none_are_refused(parts: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "-o", str(tmp_path / "out"), "--parts", parts]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("ncontours: --parts: found ")
+    assert "neatness" in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("options", [["missing.ply"], ["--model", "missing.safetensors"]])

@@ -73,6 +73,38 @@ def test_camera_file_and_size(mesh: Path, tmp_path: Path) -> None:
         assert np.asarray(cv2.imread(str(tmp_path / "a.png"), cv2.IMREAD_GRAYSCALE)).shape == expected
 
 
+@pytest.mark.parametrize("suffix", ["svg", "png", "pdf"])
+def test_less_detail_draws_less(suffix: str, mesh: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    sizes, whole = [], tmp_path / f"whole.{suffix}"
+    assert run(mesh, "-o", whole) == 0
+    for options in (("--detail", "0"), ("--detail", "0.4"), ("--min-length", "40"), ("--detail", "1")):
+        assert run(mesh, "-o", tmp_path / f"a.{suffix}", *options, "--json") == 0
+        record = json.loads(capsys.readouterr().out)
+        assert record[options[0][2:].replace("-", "_")] == float(options[1])
+        sizes.append(sum(record["strokes"].values()))
+    assert (tmp_path / f"a.{suffix}").read_bytes() == whole.read_bytes()
+    assert sizes[0] < sizes[1] < sizes[3]
+    assert sizes[2] < sizes[3]
+
+
+def test_a_folder_of_drawings_of_less_detail(mesh: Path, tmp_path: Path) -> None:
+    other = write_obj(tmp_path / "other.obj", analytic.torus(30, 15))
+    for name, detail in (("less", "0"), ("more", "1")):
+        assert run(mesh, other, "-o", tmp_path / name, "--detail", detail) == 0
+    for file in ("torus.svg", "other.svg"):
+        assert len((tmp_path / "less" / file).read_bytes()) < len((tmp_path / "more" / file).read_bytes())
+
+
+@pytest.mark.parametrize("options", [("--detail", "2"), ("--detail", "nan"), ("--min-length", "-1")])
+def test_detail_out_of_range_is_refused(
+    options: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run(tmp_path / "absent.obj", "-o", tmp_path / "a.svg", *options) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"ncontours: {options[0]}: found ")
+    assert error.count("\n") == 1
+
+
 def test_style_options(mesh: Path, tmp_path: Path) -> None:
     out = tmp_path / "a.svg"
     options = ("--width", "4", "--background", "#fff8e0", "--sort", "--tolerance", "1", "--lines", "contours")

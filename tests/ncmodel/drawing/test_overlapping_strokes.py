@@ -6,14 +6,14 @@ import pytest
 from eval.measures.metrics import compare_lines
 from ncmodel.chamfer import Lines
 from ncmodel.drawing.draw import draw
-from ncmodel.drawing.overlapping_strokes import drop_overlapping
+from ncmodel.drawing.overlapping_strokes import drop_accompanying, drop_overlapping
 from ncmodel.mesh.load import make_mesh
 from ncmodel.types import LineFamily, Stroke
 from tests.helpers import analytic
 
 
-def stroke(*points: tuple[float, float], alpha: float = 1.0) -> Stroke:
-    return Stroke("creases", np.array(points, dtype=np.float64), np.full(len(points), alpha))
+def stroke(*points: tuple[float, float], alpha: float = 1.0, family: str = "creases") -> Stroke:
+    return Stroke(family, np.array(points, dtype=np.float64), np.full(len(points), alpha))
 
 
 def length(strokes: tuple[Stroke, ...]) -> float:
@@ -72,6 +72,59 @@ def test_a_shape_in_a_tight_shell_is_drawn_once() -> None:
     assert compare_lines(inks[0], inks[1], 1.0).f1 > 0.999
 
 
+CLAIMS = ["contours", "boundaries", "creases", "ridges", "suggestive"]
+
+
+def bent(family: str, aside: float, alpha: float = 1.0) -> Stroke:
+    """Along a quarter of a circle of radius 100."""
+    angle = np.linspace(0.0, np.pi / 2, 40)
+    points = (100.0 + aside) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return Stroke(family, points, np.full(len(points), alpha))
+
+
+@pytest.mark.parametrize("strong", range(len(CLAIMS)))
+@pytest.mark.parametrize("aside", [-2.5, 0.5, 2.5])
+def test_of_lines_of_two_families_side_by_side_the_stronger_claim_stays(strong: int, aside: float) -> None:
+    for weak in CLAIMS[strong + 1 :]:
+        lines = [bent(weak, aside), bent(CLAIMS[strong], 0.0)]
+        assert drop_accompanying(lines, 3.0) == (lines[1],)
+
+
+def test_two_edges_of_something_thin_are_one_line_and_both_sides_of_a_limb_are_two() -> None:
+    edges = [bent("creases", 0.0), bent("creases", 2.0)]
+    assert drop_accompanying(edges, 3.0) == (edges[1],)  # the longer one
+    outlines = [bent("contours", 0.0), bent("contours", 2.0)]
+    assert drop_accompanying(outlines, 3.0) == tuple(outlines)
+
+
+@pytest.mark.parametrize("other", [bent("suggestive", 3.5), stroke((60, 60), (90, 90), family="suggestive")])
+def test_lines_farther_off_and_across_stay(other: Stroke) -> None:
+    lines = (bent("contours", 0.0), other)
+    assert drop_accompanying(lines, 3.0) == lines
+
+
+def test_a_strong_line_does_not_give_way_to_a_faint_one() -> None:
+    lines = (bent("ridges", 0.0, alpha=0.2), bent("apparent", 1.0, alpha=0.9))
+    assert drop_accompanying(lines, 3.0) == lines
+    assert drop_accompanying((bent("ridges", 0.0, alpha=0.8), lines[1]), 3.0)[1:] == ()
+
+
+def test_a_line_that_leaves_another_one_starts_on_it() -> None:
+    trunk = stroke((0, 0), (100, 0), family="contours")
+    branch = stroke((10, 1), (50, 1), (90, 25), family="suggestive")
+    kept, rest = drop_accompanying([trunk, branch], 3.0)
+    assert kept is trunk
+    assert rest.family == "suggestive"
+    assert rest.points[0, 1] == 0.0  # on the trunk
+    assert 45 < rest.points[0, 0] < 60
+    np.testing.assert_allclose(rest.points[-1], (90, 25))
+    way = np.diff(rest.points, axis=0)
+    turn = np.degrees(np.arctan2(way[:, 1], way[:, 0]))
+    assert turn.max() < 40.0  # and leaves it without a step
+
+
 def test_nothing_is_no_trouble() -> None:
     assert drop_overlapping([], 0.25) == ()
     assert drop_overlapping([LONG], 0.25) == (LONG,)
+    assert drop_accompanying([], 3.0) == ()
+    assert drop_accompanying([LONG], 3.0) == (LONG,)

@@ -29,7 +29,7 @@ def checkpoint(path: Path) -> Path:
 
 def test_checkpoints_go_to_disk_and_back(tmp_path: Path) -> None:
     ranker, translator = RankingModule(MICRO.ranking), TranslationBranch(MICRO.translation)
-    save_checkpoint(tmp_path / "m", Checkpoint(MICRO, ranker, translator, {"seed": 3}))
+    save_checkpoint(tmp_path / "m", Checkpoint(MICRO, ranker, translator, training={"seed": 3}))
     loaded = load_checkpoint(tmp_path / "m")
     assert loaded.training == {"seed": 3}
     assert loaded.ranker is not None

@@ -90,7 +90,7 @@ def ragged(zigzag: float, height: float, teeth: int = 20) -> Geometry:
 @pytest.mark.parametrize("sides", [6, 8])
 def test_even_edges_are_lines_however_weak(sides: int) -> None:
     tube = surface(prism(sides))
-    assert len(tube.creases(40.0)) == len(crease_lines(tube, 40.0)) == sides * 7
+    assert len(tube.creases(40.0)) == len(crease_lines(tube, 40.0).sharp) == sides * 7
 
 
 @pytest.mark.parametrize(("height", "drawn"), [(0.45, 0), (0.9, 20)])
@@ -98,7 +98,7 @@ def test_weak_zigzags_are_no_lines_and_strong_ones_are(height: float, drawn: int
     bent = surface(ragged(0.2, height))
     middle = bent.creases(40.0)
     assert len(middle) == 20
-    assert len(crease_lines(bent, 40.0)) == drawn
+    assert len(crease_lines(bent, 40.0).sharp) == drawn
     assert (split_at_creases(bent, 40.0) is bent) == (drawn == 0)
     view = View(bent, Camera((0.5, 0.0, 4.0), target=(0.5, 0.0, 0.0)), 40.0)
     assert len(view.lines(LineFamily.CREASES)) == 20
@@ -108,12 +108,12 @@ def test_weak_zigzags_are_no_lines_and_strong_ones_are(height: float, drawn: int
 @pytest.mark.parametrize("angle", [1.0, 119.0, 121.0, 170.0])
 def test_every_angle_is_fine(angle: float) -> None:
     folded = surface(ragged(0.2, 5.0))
-    assert len(crease_lines(folded, angle)) <= len(folded.creases(angle))
+    assert len(crease_lines(folded, angle).sharp) <= len(folded.creases(angle))
 
 
 def test_weak_lines_that_run_straight_stay() -> None:
     bent = surface(ragged(0.0, 0.5))
-    assert len(crease_lines(bent, 40.0)) == 20
+    assert len(crease_lines(bent, 40.0).sharp) == 20
 
 
 def test_what_belongs_to_the_whole_stays() -> None:

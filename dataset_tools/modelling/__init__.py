@@ -1,0 +1,1 @@
+"""Tools that shapes are modelled with: signed distances that are sculpted, surfaces of patches, and worn finishes."""

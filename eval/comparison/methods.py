@@ -1,0 +1,166 @@
+"""What is compared. A method draws a view; its picture is the file that `ncontours draw` would write."""
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from eval.baselines import canny, grid, rtsc
+from eval.comparison.tuning import Tuned
+from ncmodel.drawing.draw import PRESETS, draw, draw_view
+from ncmodel.drawing.drawing import Drawing
+from ncmodel.drawing.plan import Plan
+from ncmodel.errors import ArgumentError
+from ncmodel.export.page import legible_width
+from ncmodel.export.png import png
+from ncmodel.images import png_ink
+from ncmodel.model.predictor import Model, Variant
+from ncmodel.scene.view import View
+from ncmodel.types import Image
+
+PLAIN = "draw"
+"""The row of plain `ncontours draw`."""
+
+CLASSIC = (*rtsc.METHODS, *grid.METHODS, "Canny", PLAIN)
+"""The rows that need no model, in the table's order."""
+
+VARIANTS: Mapping[str, Variant] = {"NC-geometry": "geometry", "NC-image": "image", "NCs": "full"}
+"""The paper's names -> the model's."""
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """What a method drew.
+
+    Attributes:
+        ink: (H, W) as it is measured: in pictures under 384 pixels no line is thinner than a pixel.
+        png: The file, as `ncontours draw` writes it.
+        plan: What was decided, where there was something to decide.
+    """
+
+    ink: Image
+    png: bytes
+    plan: Plan | None = None
+
+    @staticmethod
+    def of(drawing: Drawing) -> "Drawn":
+        """A drawing, and its file."""
+        return Drawn(drawing.ink(legible_width(drawing.width, drawing.height)), png(drawing.picture()), drawing.plan)
+
+
+class Method(Protocol):
+    """One row of the table."""
+
+    @property
+    def name(self) -> str:
+        """What the row and the folder of its drawings are called."""
+
+    def draw(self, view: View) -> Drawn:
+        """Draw a view."""
+
+
+@dataclass(frozen=True)
+class FixedPlan:
+    """The same families at the same thresholds for every view: rtsc's, or tuned ones."""
+
+    name: str
+    plan: Plan
+
+    def draw(self, view: View) -> Drawn:
+        """See `Method.draw`."""
+        return Drawn.of(draw_view(view, self.plan))
+
+
+@dataclass(frozen=True)
+class PlainDraw:
+    """What `ncontours draw` does unasked."""
+
+    name: str = PLAIN
+
+    def draw(self, view: View) -> Drawn:
+        """See `Method.draw`."""
+        return Drawn.of(draw(view.surface, view.camera))
+
+
+@dataclass(frozen=True)
+class CannyEdges:
+    """Canny edges of the shaded view."""
+
+    settings: canny.CannySettings
+    name: str = "Canny"
+
+    def draw(self, view: View) -> Drawn:
+        """See `Method.draw`."""
+        ink = canny.draw(view, self.settings)
+        return Drawn(ink, png_ink(ink))
+
+
+@dataclass(frozen=True, eq=False)
+class Learned:
+    """A trained model's choice."""
+
+    name: str
+    model: Model
+    variant: Variant
+    preset: str
+
+    def draw(self, view: View) -> Drawn:
+        """See `Method.draw`."""
+        return Drawn.of(draw_view(view, self.model.choose(view, self.variant, self.preset), PRESETS[self.preset]))
+
+
+def classic_methods(tuned: Tuned) -> list[Method]:
+    """The methods called `CLASSIC`."""
+    defaults = [FixedPlan(name, plan) for name, plan in rtsc.METHODS.items()]
+    grids = [FixedPlan(name, plan) for name, plan in tuned.plans.items()]
+    return [*defaults, *grids, CannyEdges(tuned.canny), PlainDraw()]
+
+
+def learned_methods(models: Mapping[str, Model], preset: str) -> list[Method]:
+    """What each model can draw.
+
+    Args:
+        models: Label -> model.
+        preset: Of the search for thresholds.
+    """
+    return [
+        Learned(row_name(row, label), model, variant, preset)
+        for label, model in models.items()
+        for row, variant in VARIANTS.items()
+        if variant in model.variants
+    ]
+
+
+def row_names(models: Mapping[str, Model]) -> list[str]:
+    """The names of all rows that are methods."""
+    return [*CLASSIC, *(method.name for method in learned_methods(models, "draft"))]
+
+
+def row_name(row: str, label: str) -> str:
+    """A model's row: its label tells several models apart; an only one has none."""
+    return f"{row}@{label}" if label else row
+
+
+def labels(checkpoints: Sequence[Path]) -> list[str]:
+    """A label for each checkpoint, by which its rows are told apart: "" for an only one.
+
+    Raises:
+        ArgumentError: Two of them can't be told apart.
+    """
+    if len(checkpoints) == 1:
+        return [""]
+    for names in ([path.stem for path in checkpoints], [_with_folder(path) for path in checkpoints]):
+        if _all_differ(names):
+            return names
+    twice = Counter(_with_folder(path) for path in checkpoints).most_common(1)[0][0]
+    raise ArgumentError("model", f"two of the name {twice}", "files of different names, or in folders of such")
+
+
+def _with_folder(path: Path) -> str:
+    return f"{path.resolve().parent.name}-{path.stem}"
+
+
+def _all_differ(names: Iterable[str]) -> bool:
+    counts = Counter(names)
+    return max(counts.values()) == 1

@@ -1,0 +1,63 @@
+"""Many strokes in a few arrays: what is asked of each of thousands is asked of all at once."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
+
+import numpy as np
+
+from ncmodel.types import Floats, Ints, Stroke
+
+
+@dataclass(frozen=True, eq=False)
+class Packed:
+    """The points of C strokes, one stroke after the other.
+
+    Attributes:
+        points: (N, 2) pixels.
+        alpha: (N,) opacity.
+        depth: (N,) distance in front of the camera plane, 0 for strokes that don't come from the mesh.
+        first: (C + 1,) where each stroke starts.
+    """
+
+    points: Floats
+    alpha: Floats
+    depth: Floats
+    first: Ints
+
+    @classmethod
+    def of(cls, strokes: Sequence[Stroke]) -> Self:
+        """Pack one stroke or more."""
+        depths = [np.zeros(len(stroke.points)) if stroke.depth is None else stroke.depth for stroke in strokes]
+        return cls(
+            np.concatenate([stroke.points for stroke in strokes]),
+            np.concatenate([stroke.alpha for stroke in strokes]),
+            np.concatenate(depths),
+            np.cumsum([0, *(len(stroke.points) for stroke in strokes)]),
+        )
+
+    @cached_property
+    def steps(self) -> Floats:
+        """(N,) the way from the point before, 0 for the first one of a stroke."""
+        steps = np.zeros(len(self.points))
+        steps[1:] = np.linalg.norm(np.diff(self.points, axis=0), axis=1)
+        steps[self.first[:-1]] = 0.0
+        return steps
+
+    @property
+    def length(self) -> Floats:
+        """(C,) pixels."""
+        return np.add.reduceat(self.steps, self.first[:-1])
+
+    @property
+    def ink(self) -> Floats:
+        """(C,) pixels, weighted with opacity."""
+        mean = self.alpha.copy()
+        mean[1:] += self.alpha[:-1]
+        return np.add.reduceat(self.steps * mean / 2.0, self.first[:-1])
+
+    @property
+    def ends(self) -> Floats:
+        """(C, 2, 2) the first and the last point of each."""
+        return np.stack([self.points[self.first[:-1]], self.points[self.first[1:] - 1]], axis=1)

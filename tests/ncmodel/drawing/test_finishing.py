@@ -1,0 +1,66 @@
+"""Drawings as an illustrator makes them: each line once and in one stroke, the same at any size."""
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from ncmodel.drawing.draw import draw
+from ncmodel.drawing.drawing import Drawing
+from ncmodel.mesh.load import make_mesh
+from ncmodel.scene.surface import Surface
+from ncmodel.types import Floats, Stroke, Thresholds
+from tests.helpers import analytic
+
+
+@pytest.fixture(scope="module")
+def pebble() -> Surface:
+    """A smooth shape with a waist: lines of several families run along its outline."""
+    vertices, faces = analytic.icosphere(5)
+    x, y, z = vertices.T
+    waist = 1.0 - 0.35 * np.exp(-30.0 * y**2) + 0.03 * np.sin(9.0 * x) * np.cos(7.0 * z)
+    return Surface(make_mesh(vertices * np.stack([0.6 * waist, np.ones_like(y), 0.6 * waist], axis=1), faces))
+
+
+def samples(strokes: tuple[Stroke, ...]) -> Floats:
+    """(N, 2) points at most half a pixel apart."""
+    parts = []
+    for stroke in strokes:
+        steps = np.linalg.norm(np.diff(stroke.points, axis=0), axis=1)
+        at = np.concatenate([[0.0], np.cumsum(steps)])
+        place = np.linspace(0.0, at[-1], max(int(2 * at[-1]), 2))
+        parts.append(np.stack([np.interp(place, at, column) for column in stroke.points.T], axis=1))
+    return np.concatenate(parts)
+
+
+def doubled(drawing: Drawing) -> float:
+    """The share of lines of curvature within 2.5 pixels of a contour."""
+    contours = samples(tuple(s for s in drawing.strokes if s.family == "contours"))
+    others = samples(tuple(s for s in drawing.strokes if s.family != "contours"))
+    return float((cKDTree(contours).query(others)[0] < 2.5).mean())
+
+
+def test_lines_along_the_outline_are_drawn_once(pebble: Surface) -> None:
+    found, drawn = draw(pebble, thresholds=Thresholds()), draw(pebble)
+    assert doubled(found) > 0.5
+    assert doubled(drawn) < 0.15
+    assert len(drawn.strokes) < 0.4 * len(found.strokes)
+    # No place is left blank: what was drawn has ink still, or was a crumb.
+    off = cKDTree(samples(drawn.strokes)).query(samples(found.strokes))[0]
+    assert (off < 3.5).mean() > 0.92
+
+
+@pytest.mark.parametrize("size", [384, 1536])
+def test_the_same_lines_are_drawn_at_any_size(pebble: Surface, size: int) -> None:
+    usual, other = draw(pebble), draw(pebble, size=size)
+    there, here = samples(usual.strokes), samples(other.strokes) * 768.0 / size
+    assert (cKDTree(there).query(here)[0] < 3.5).mean() > 0.97
+    assert (cKDTree(here).query(there)[0] < 3.5).mean() > 0.97
+
+
+def test_drawing_twice_gives_the_same(pebble: Surface) -> None:
+    assert draw(pebble).svg() == draw(Surface(pebble.mesh)).svg()
+
+
+def test_who_names_families_gets_short_lines_too(pebble: Surface) -> None:
+    families = "contours,boundaries,creases,suggestive,apparent"
+    assert len(draw(pebble, lines=families).strokes) > len(draw(pebble).strokes)
