@@ -29,6 +29,7 @@ _EXPORTS = {
     "load_mesh": "ncmodel.mesh.load:load_mesh",
     "load_model": "ncmodel.model.predictor:load_model",
     "make_mesh": "ncmodel.mesh.load:make_mesh",
+    "score_drawing": "ncmodel.model.scoring:score_drawing",
 }
 
 __all__ = sorted(_EXPORTS)

@@ -7,6 +7,7 @@ from ncmodel.errors import NeuralContoursError as NeuralContoursError
 from ncmodel.mesh.load import load_mesh as load_mesh
 from ncmodel.mesh.load import make_mesh as make_mesh
 from ncmodel.model.predictor import load_model as load_model
+from ncmodel.model.scoring import score_drawing as score_drawing
 from ncmodel.scene.feature_arrays import features as features
 from ncmodel.scene.surface import Surface as Surface
 from ncmodel.scene.view import View as View
@@ -30,4 +31,5 @@ __all__ = [
     "load_mesh",
     "load_model",
     "make_mesh",
+    "score_drawing",
 ]

@@ -1,4 +1,4 @@
-"""What could have been chosen: the eight drawings of a view, and the 256 combinations of lines they were selected from.
+"""What could have been chosen: the eight drawings of a view, and the 256 settings that models choose among.
 
 The best of them show what a perfect judge would reach; how a ranking module orders them shows how far it is one.
 """
@@ -8,18 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dataset_tools.build.config import BuildConfig
 from eval.comparison.methods import Drawn
 from eval.measures.evaluation import Score, Target
 from eval.measures.metrics import mean_measures
 from eval.measures.thinning import binarise, read_ink
-from ncmodel.config import read_config
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
-from ncmodel.drawing.settings import INK_LEVEL, LayeredDrawings, draw_layers
+from ncmodel.drawing.settings import INK_LEVEL, LayeredDrawings
 from ncmodel.export.page import WIDTH, legible_width
 from ncmodel.images import png_ink
-from ncmodel.scene.view import View
 from ncmodel.types import Floats, Image
 
 BEST_OF_8 = "best of 8"
@@ -64,17 +61,8 @@ def judge_selected(data: DataFolder, item: Item, target: Target) -> Judged:
 
 
 def judge_candidates(candidates: LayeredDrawings, target: Target) -> Judged:
-    """All combinations of lines, as `line_candidates` draws them."""
+    """The drawings of all settings."""
     return _judge(candidates.drawing, len(candidates.levels.settings), target)
-
-
-def line_candidates(data: DataFolder, view: View) -> LayeredDrawings:
-    """The candidates of a view that are made of lines, drawn again: what the data folder keeps of them has no greys.
-
-    Raises:
-        InputError: The data folder's settings can't be read.
-    """
-    return draw_layers(view, read_config(BuildConfig, data.config_path).levels)
 
 
 def _judge(drawing: Callable[[int], Image], count: int, target: Target) -> Judged:

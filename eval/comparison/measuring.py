@@ -14,17 +14,18 @@ from typing import Any
 from eval.comparison import candidates as oracle
 from eval.comparison.candidates import BEST_OF_8, BEST_OF_ALL, CHOSEN, FAVOURITE, Judged, rank_correlation
 from eval.comparison.methods import Drawn, classic_methods, learned_methods, row_name
+from eval.comparison.opinions import WHOLE, Opinion, opinions, settings_of
 from eval.comparison.tuning import Tuned
 from eval.comparison.views import References, open_as_drawn, target_of
 from eval.measures.evaluation import Score, Settings
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
 from ncmodel.drawing.plan import Plan
+from ncmodel.drawing.settings import Levels, draw_layers
 from ncmodel.files import write_bytes, write_text
 from ncmodel.images import png_ink
-from ncmodel.model.picture_score import PictureScore
+from ncmodel.model.maps import network_maps
 from ncmodel.model.predictor import Model, load_model
-from ncmodel.scene.view import View
 
 VERSION = 1
 """Of what a view's file holds. What was measured by other versions is measured again."""
@@ -127,7 +128,7 @@ def measure_view(task: ViewTask) -> dict[str, Any]:
     """Draw, measure, and write the view's files; returns its record.
 
     The record holds `scores`, a row for each method and reference; `choices`, what models decided; `candidates`, F1 of
-    the 256; and `rankers`, what each ranking module says of the eight and of the 256.
+    the 256; and `rankers`, what models say of the eight and of the 256, by all they go by and by pictures alone.
     """
     bench, item = task.bench, task.item
     data, models = DataFolder(bench.root), models_of(tuple(bench.models.items()))
@@ -149,15 +150,19 @@ def measure_view(task: ViewTask) -> dict[str, Any]:
         if drawn.plan is not None and drawn.plan.score is not None:
             choices[method.name] = _choice(drawn.plan)
     selected = oracle.judge_selected(data, item, target)
-    everything = oracle.judge_candidates(oracle.line_candidates(data, data.open_view(item)), target)
+    settings = draw_layers(view, Levels())
+    everything = oracle.judge_candidates(settings, target)
     wanted = [(BEST_OF_8, selected, selected.best), (BEST_OF_ALL, everything, everything.best)]
     if task.chosen is not None:
         wanted.append((CHOSEN, selected, task.chosen))
-    rankers = {}
+    rankers: dict[str, dict[str, Any]] = {}
+    eight = [selected.drawing(number) for number in range(len(selected.scores))]
     for label, model in models.items():
-        if model.checkpoint.ranker is not None:
-            rankers[label], favourite = _ranked(model, view, selected, everything)
-            wanted.append((row_name(FAVOURITE, label), everything, favourite))
+        for by, said in opinions(model, network_maps(view), eight, settings_of(data, item), settings).items():
+            name = " ".join(part for part in (label, by) if part)
+            rankers[name] = _ranked(said, everything)
+            if by == WHOLE:
+                wanted.append((row_name(FAVOURITE, label), everything, rankers[name]["favourite"]))
     for row, among, number in wanted:
         keep(row, among.drawn(number), among.scores[number])
     for number, ink in enumerate(references.values()):
@@ -194,19 +199,10 @@ def _choice(plan: Plan) -> dict[str, Any]:
     return {"families": families, "thresholds": plan.filtered, "score": plan.score, "evaluations": plan.evaluations}
 
 
-def _ranked(model: Model, view: View, selected: Judged, everything: Judged) -> tuple[dict[str, Any], int]:
-    """What a ranking module says of a view's drawings, and which of the 256 it likes best."""
-    from ncmodel.model.maps import network_maps
-
-    assert model.checkpoint.ranker is not None
-    score = PictureScore(model.checkpoint.ranker, network_maps(view))
-    eight, all_scores = (
-        score.scores(among.drawing(number) for number in range(len(among.scores))) for among in (selected, everything)
-    )
-    favourite = int(all_scores.argmax())
-    record = {
-        "scores": eight.tolist(),
-        "favourite": favourite,
-        "rank_correlation": rank_correlation(all_scores, everything.f1),
+def _ranked(said: Opinion, everything: Judged) -> dict[str, Any]:
+    """What a view's record keeps of an opinion."""
+    return {
+        "scores": list(said.selected),
+        "favourite": int(said.candidates.argmax()),
+        "rank_correlation": rank_correlation(said.candidates, everything.f1),
     }
-    return record, favourite

@@ -1,4 +1,4 @@
-"""How far a ranking module is a judge: pairs in the right order, order of the 256 candidates, and its probabilities."""
+"""How far a model is a judge: pairs in the right order, order of the 256 candidates, and its probabilities."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -9,9 +9,8 @@ import numpy as np
 from eval.measures.bootstrap import PairAccuracy, pair_accuracy, percentile_interval, resampled_means
 from ncmodel.data.item import Item
 from ncmodel.data.pairs import Pair
-from ncmodel.model.preference import Preference, Reliability, Votes, fit_preference, reliability
+from ncmodel.model.preference import Preference, Reliability, Votes, cross_fitted, fit_preference, reliability
 from ncmodel.report.intervals import Interval
-from ncmodel.types import Floats
 
 
 @dataclass(frozen=True)
@@ -31,7 +30,7 @@ class RankCorrelation:
 
 @dataclass(frozen=True)
 class RankerReport:
-    """What was found out about one ranking module.
+    """What was found out about one model, by all it goes by or by pictures alone.
 
     Attributes:
         accuracy: On pairs of the compared views; None without pairs.
@@ -51,7 +50,7 @@ class RankerReport:
 
 
 def judge_rankers(records: Sequence[Mapping[str, Any]], pairs: Sequence[Pair]) -> dict[str, RankerReport]:
-    """What the records of views say of each ranking module.
+    """What the records of views say of each model as a judge.
 
     Args:
         records: As `measure_view` wrote them.
@@ -60,10 +59,15 @@ def judge_rankers(records: Sequence[Mapping[str, Any]], pairs: Sequence[Pair]) -
     found: dict[str, RankerReport] = {}
     for label in dict.fromkeys(label for record in records for label in record["rankers"]):
         of_view = {Item(r["shape"], r["view"]): r["rankers"][label] for r in records}
-        mine = [pair for pair in pairs if pair.item in of_view]
         scores = {item: said["scores"] for item, said in of_view.items()}
+        mine = [pair for pair in pairs if _judged(scores.get(pair.item, ()), pair)]
         found[label] = RankerReport(_accuracy(mine, scores), _correlation(of_view), *_calibration(mine, scores))
     return found
+
+
+def _judged(scores: Sequence[float | None], pair: Pair) -> bool:
+    """Whether both drawings of a pair have a score."""
+    return bool(scores) and scores[pair.better] is not None and scores[pair.worse] is not None
 
 
 def _ends(pairs: Sequence[Pair], scores: Mapping[Item, Sequence[float]]) -> tuple[list[float], list[float]]:
@@ -93,17 +97,3 @@ def _calibration(
     votes = Votes.of(pairs, *_ends(pairs, scores))
     predicted = cross_fitted(votes, [pair.item.shape for pair in pairs])
     return fit_preference(votes), reliability(predicted, votes.wins, votes.losses)
-
-
-def cross_fitted(votes: Votes, shapes: Sequence[str]) -> Floats:
-    """(N,) share of people who prefer the first drawing of each pair, its temperature fitted on the other shapes.
-
-    With one shape alone, on that.
-    """
-    shape = np.array(shapes)
-    predicted = np.empty(len(shape))
-    for held_out in dict.fromkeys(shapes):
-        own = shape == held_out
-        fitted = fit_preference(votes if own.all() else votes.take(~own))
-        predicted[own] = fitted.share(votes.difference[own])
-    return predicted

@@ -34,12 +34,14 @@ def train(
     as_json: AsJson = False,
 ) -> None:
     """Train the ranking module and the image translation branch."""
+    from ncmodel.model.calibration import calibrate_file
     from ncmodel.nets.presets import preset_named
     from ncmodel.training.train import TrainOptions, run_training
 
     with option_names(stages="stage"):
         options = TrainOptions(None if stage == "all" else (stage,), epochs, seconds, seed, restart, device)
     report = run_training(data, pairs, output, preset_named(preset), options, progress).to_record()
+    report["preference"] = calibrate_file(output, data, pairs)
     emit(report, as_json, _summary(report))
 
 
@@ -51,4 +53,7 @@ def _summary(report: dict[str, Any]) -> str:
         + f" ({stage['seconds']:.0f} s)"
         for stage in report["stages"]
     ]
+    if (known := report["preference"]) is not None:
+        error = f"expected calibration error {100 * known['error']:.1f} % on {known['pairs']} held-out pairs"
+        lines.append(f"scores as shares of people: temperature {known['temperature']:.3g}, {error}")
     return "\n".join([*lines, report["checkpoint"]])

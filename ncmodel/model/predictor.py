@@ -24,6 +24,7 @@ from ncmodel.model.threshold_search import Budget, budget_named, optimise
 from ncmodel.nets.blocks import threads_for
 from ncmodel.nets.checkpoints import Checkpoint, load_checkpoint
 from ncmodel.nets.presets import BACKGROUND
+from ncmodel.nets.shipped import checkpoint_path
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed
 from ncmodel.types import FILTERED_FAMILIES, Image, LineFamily, Stroke, Thresholds
@@ -92,7 +93,7 @@ class Model:
         variant = variant or self.variants[0]
         if variant not in self.variants:
             raise ArgumentError("variant", repr(variant), f"one of {', '.join(self.variants)}, which this model offers")
-        seen = _as_seen(view)
+        seen = as_seen(view)
         maps = network_maps(seen)
         strokes = () if variant == "geometry" else self._image_lines(maps, seen)
         plan = Plan((), Thresholds(None, None, None, None, unit="p90"), strokes)
@@ -170,13 +171,16 @@ class Model:
 def load_model(path: str | Path) -> Model:
     """Read a checkpoint, ready to draw.
 
+    Args:
+        path: The file, or "default" for the model that ships with the package.
+
     Raises:
         InputError: The file isn't a checkpoint, or is damaged.
     """
-    return Model(load_checkpoint(path))
+    return Model(load_checkpoint(checkpoint_path(path)))
 
 
-def _as_seen(view: View) -> View:
+def as_seen(view: View) -> View:
     """The view at the resolution that the networks' inputs come from."""
     camera = view.camera
     # A strip is seen at less than that, so that its length stays bounded.

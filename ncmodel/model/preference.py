@@ -17,14 +17,14 @@ from ncmodel.data.pairs import Pair
 from ncmodel.report.intervals import Interval, wilson_interval
 from ncmodel.types import Floats
 
+UNCALIBRATED = 1.0
+"""The temperature of a module of which no votes are known: the ranking loss wants differences of 1."""
+
 BINS = 5
 """Of the reliability diagram: held-out votes are few."""
 
 COLDEST, HOTTEST = 1e-3, 1e3
 """Temperatures, as multiples of the scores' root mean square difference, between which the best one is looked for."""
-
-RECORD = "preference"
-"""Where a checkpoint's record of its training keeps what scores mean for people."""
 
 
 @dataclass(frozen=True)
@@ -165,3 +165,17 @@ def reliability(predicted: Floats, wins: Floats, losses: Floats, bins: int = BIN
             found.append(Bin(predicted_share, observed, interval, count))
             error += abs(predicted_share - observed) * count / total
     return Reliability(tuple(found), error)
+
+
+def cross_fitted(votes: Votes, shapes: Sequence[str]) -> Floats:
+    """(N,) share of people who prefer the first drawing of each pair, its temperature fitted on the other shapes.
+
+    With one shape alone, on that.
+    """
+    shape = np.array(shapes)
+    predicted = np.empty(len(shape))
+    for held_out in dict.fromkeys(shapes):
+        own = shape == held_out
+        fitted = fit_preference(votes if own.all() else votes.take(~own))
+        predicted[own] = fitted.share(votes.difference[own])
+    return predicted

@@ -159,13 +159,14 @@ class View:
             return self.outlines
         if family in (LineFamily.CREASES, LineFamily.BOUNDARIES):
             surface, whole, angle = self.surface, self.surface.whole, self.crease_angle
+            vertices = whole.mesh.vertices
             if family is LineFamily.CREASES:
-                found = creases.crease_lines(surface, angle).seen_from(self.eye, whole.mesh.vertices, whole.faces)
+                found = creases.crease_lines(surface, angle).seen_from(self.eye, vertices, whole.faces)
             else:
                 found = surface.boundary_edges
             if len(found):
-                found = bent_to(found, whole.mesh.vertices, whole.rings, self.eye, math.radians(angle))
-            return found.lines(family, whole.mesh.vertices)
+                found = bent_to(found, vertices, whole.rings, self.eye, math.radians(angle))
+            return found.lines(family, vertices)
         return creases.off_flats(self.lines(family), self.surface)
 
     def unhidden(self, lines: LineSet, sample_pixels: float = 1.0) -> LineSet:

@@ -57,9 +57,10 @@ def test_nothing_is_better_than_the_best_of_what_it_is_among(outcome: Outcome) -
         f1 = record["candidates"]["f1"]
         assert len(f1) == 256
         assert record["candidates"]["best"] == f1.index(max(f1))
-        said = record["rankers"][""]
-        assert len(said["scores"]) == 8
-        assert f1[said["favourite"]] <= max(f1)
+        assert set(record["rankers"]) == {"", "picture"}
+        for said in record["rankers"].values():
+            assert len(said["scores"]) == 8
+            assert f1[said["favourite"]] <= max(f1)
 
 
 @pytest.mark.parametrize(
@@ -133,10 +134,11 @@ def test_a_folder_of_drawings_is_a_reference(root: Path, outcome: Outcome, tmp_p
 def test_models_beside_each_other_are_told_apart(root: Path, outcome: Outcome, tmp_path: Path) -> None:
     other = tmp_path / "second.safetensors"
     shutil.copy(root / "model.safetensors", other)
-    found = compare(root, tmp_path / "report", models=[root / "model.safetensors", other])
+    models = [root / "model.safetensors", other, root / "pictures.safetensors"]
+    found = compare(root, tmp_path / "report", models=models)
     same = found.comparison.difference("NCs@second", "NCs@model")
     assert (same.value, same.interval.low, same.interval.high) == (0.0, 0.0, 0.0)
-    assert set(found.rankers) == {"model", "second"}
+    assert set(found.rankers) == {"model", "model picture", "second", "second picture", "pictures"}
 
 
 def test_without_a_model_the_classic_methods_are_compared(root: Path, outcome: Outcome, tmp_path: Path) -> None:

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 
 from eval.comparison.candidates import rank_correlation
-from eval.comparison.rankers import cross_fitted, judge_rankers
+from eval.comparison.rankers import judge_rankers
 from ncmodel.data.item import Item
 from ncmodel.data.pairs import Pair
-from ncmodel.model.preference import Votes, fit_preference
 
 
 def view(shape: str, scores: list[float], correlation: float | None) -> dict[str, object]:
@@ -33,13 +32,6 @@ def test_pairs_correlations_and_probabilities_of_the_compared_views_count() -> N
 def test_without_votes_on_the_views_only_the_order_is_judged() -> None:
     found = judge_rankers([view("cow", [1.0, 0.0], None)], pairs_of("fox"))["m"]
     assert (found.accuracy, found.preference, found.reliability, found.correlation.value) == (None, None, None, None)
-
-
-def test_probabilities_are_judged_on_shapes_that_their_temperature_has_not_seen() -> None:
-    """One shape's votes say that scores mean much, the other's that they mean little: each gets the other's."""
-    votes = Votes(np.array([1.0, 1.0]), np.array([99.0, 60.0]), np.array([1.0, 40.0]))
-    sure, unsure = (fit_preference(votes.take(np.array(keep))).share(1.0) for keep in ([True, False], [False, True]))
-    assert cross_fitted(votes, ["cow", "fox"]) == pytest.approx([unsure, sure])
 
 
 def test_rank_correlation_is_spearmans() -> None:

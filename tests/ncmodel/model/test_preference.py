@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from ncmodel.data.item import Item
 from ncmodel.data.pairs import Pair
-from ncmodel.model.preference import Preference, Votes, fit_preference, reliability
+from ncmodel.model.preference import Preference, Votes, cross_fitted, fit_preference, reliability
 
 ITEM = Item("cow", "0")
 
@@ -73,3 +73,10 @@ def test_the_calibration_error_is_the_mean_distance_weighted_by_votes() -> None:
     found = reliability(np.array([0.95, 0.45]), np.array([3.0, 5.4]), np.array([1.0, 6.6]))
     assert found.error == pytest.approx(0.05)
     assert [b.votes for b in found.bins] == pytest.approx([12.0, 4.0])
+
+
+def test_probabilities_are_judged_on_shapes_that_their_temperature_has_not_seen() -> None:
+    """One shape's votes say that scores mean much, the other's that they mean little: each gets the other's."""
+    votes = Votes(np.array([1.0, 1.0]), np.array([99.0, 60.0]), np.array([1.0, 40.0]))
+    sure, unsure = (fit_preference(votes.take(np.array(keep))).share(1.0) for keep in ([True, False], [False, True]))
+    assert cross_fitted(votes, ["cow", "fox"]) == pytest.approx([unsure, sure])
