@@ -1,5 +1,6 @@
 """From measured views and simulated votes to the ranker on numbers."""
 
+import random
 import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -8,6 +9,7 @@ import numpy as np
 import torch
 
 from dataset_tools.collection.families import split_of
+from dataset_tools.collection.selection import shape_names
 from dataset_tools.simulation.participants import Crowd
 from eval.default_model.views import MeasuredView
 from eval.default_model.votes import rounds
@@ -21,6 +23,10 @@ from ncmodel.progress import Progress, silent
 from ncmodel.training.loop import Plan, fit
 from ncmodel.training.statistics import StatisticsObjective, learn_habit, learn_mix
 from ncmodel.types import Ints
+
+POOL = 520
+"""Made shapes of training families that the training shapes are taken from, in random order, so that any number of them
+has some of all families. The test families' shapes among the same draw are a tenth as many."""
 
 WATCHING = 10
 """Of the shapes that may be trained on, every so many-th watches over training instead."""
@@ -43,6 +49,17 @@ class MeasuredNumbers:
     def settings(self, item: Item) -> Ints:
         """(256,) which setting each of its drawings has."""
         return np.arange(len(self._known[item].drawings))
+
+
+def training_shapes(count: int) -> list[str]:
+    """The names of the first made shapes to train on.
+
+    Args:
+        count: Up to `POOL`.
+    """
+    pool = shape_names(POOL, split="training") + shape_names(POOL // 10, split="test")
+    random.Random(0).shuffle(pool)
+    return [name for name in pool if split_of(name) == "training"][:count]
 
 
 def split_for(shape: str) -> Split | None:

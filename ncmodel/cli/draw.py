@@ -69,7 +69,7 @@ def draw(
         float | None, typer.Option(help="Degrees between faces above which their edge is a crease (default 40).")
     ] = None,
     model: Annotated[
-        Path | None, typer.Option(help="Checkpoint that chooses families and thresholds, and adds lines of its own.")
+        Path | None, typer.Option(help="Checkpoint that chooses what to draw, or default: the one that ships.")
     ] = None,
     preset: Annotated[
         str, typer.Option(help="instant, draft, balanced or accurate; matters with --model and in large pictures.")
@@ -203,6 +203,9 @@ def _camera(path: Path | None, azimuth: float | None, elevation: float | None, s
 
 
 def _model(path: Path) -> Any:
+    from ncmodel.nets.shipped import checkpoint_path
+
+    path = checkpoint_path(path)
     if not path.is_file():
         # Told without the seconds that it takes to import the networks.
         raise InputError(path, "no such file", "a checkpoint")

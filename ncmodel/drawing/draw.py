@@ -26,6 +26,7 @@ from ncmodel.mesh.load import load_mesh, make_mesh
 from ncmodel.scene.creases import split_at_creases
 from ncmodel.scene.orientation import turn_outwards
 from ncmodel.scene.seams import sew_seams
+from ncmodel.scene.stray_parts import stray_parts
 from ncmodel.scene.surface import CREASE_ANGLE, Surface
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed
@@ -48,7 +49,7 @@ SHORTEST_STROKE = 2.5
 
 
 @dataclass(frozen=True)
-class Detail:
+class Fineness:
     """How finely a drawing is worked out.
 
     Attributes:
@@ -60,7 +61,12 @@ class Detail:
     tolerance: float = 0.25
 
 
-PRESETS = {"instant": Detail(4.0, 0.5), "draft": Detail(4.0, 0.5), "balanced": Detail(), "accurate": Detail(0.5, 0.05)}
+PRESETS = {
+    "instant": Fineness(4.0, 0.5),
+    "draft": Fineness(4.0, 0.5),
+    "balanced": Fineness(),
+    "accurate": Fineness(0.5, 0.05),
+}
 BALANCED = PRESETS["balanced"]
 
 
@@ -105,7 +111,7 @@ def draw(
         azimuth: Degrees round the shape from its front, without a camera.
         elevation: Degrees above the ground, without a camera.
         size: (width, height) in pixels, or both in one, without a camera.
-        up: The upward axis, "y" or "z", of a mesh file.
+        up: The upward axis, "y" or "z", of a mesh file; arrays are y-up.
         crease_angle: Degrees between faces above which their edge is a crease.
         tolerance: Pixels that strokes may stray from the lines on the mesh; the preset's unless given.
         detail: Share of the lines inside the outline that is drawn, the strongest and longest first: 0 is the outline
@@ -116,7 +122,7 @@ def draw(
         MeshError: The file can't be read.
         UsageError: Some argument makes no sense, or thresholds are given together with a model.
     """
-    fineness = _detail(preset, tolerance)
+    fineness = _fineness(preset, tolerance)
     if thresholds is not None and model is not None:
         raise UsageError("thresholds: found some beside a model, which chooses its own; expected one or the other")
     asked = arguments.plan_of(lines, thresholds, detail, min_length)
@@ -124,26 +130,31 @@ def draw(
     surface = _surface(shape, up, None if camera is None else camera.eye)
     if LineFamily.CREASES in asked.families and model is None:
         surface = split_at_creases(surface, crease_angle)
-    camera = camera or Camera.orbit(surface.mesh.used_vertices, azimuth, elevation, size=arguments.size_of(size))
-    view = View(surface, camera, crease_angle)
+    placed = camera or Camera.orbit(surface.mesh.used_vertices, azimuth, elevation, size=arguments.size_of(size))
+    view = View(surface, placed, crease_angle)
     plan = asked if model is None else _chosen(model, view, preset, None if lines is None else asked.families)
-    return draw_view(view, replace(plan, detail=asked.detail, min_length=asked.min_length), fineness)
+    plan = replace(plan, detail=asked.detail, min_length=asked.min_length)
+    drawing = draw_view(view, plan, fineness)
+    if camera is not None or isinstance(shape, Surface):
+        return drawing
+    with timed(surface.trace, "hints"):
+        return replace(drawing, notes=(*drawing.notes, *stray_parts(surface.whole)))
 
 
-def draw_view(view: View, plan: Plan, detail: Detail = BALANCED) -> Drawing:
+def draw_view(view: View, plan: Plan, fineness: Fineness = BALANCED) -> Drawing:
     """Draw what a plan says of a view.
 
     Args:
         view: The view, as it is.
         plan: Families, thresholds, and strokes of other origin.
-        detail: How finely.
+        fineness: How finely.
     """
     plan = replace(plan, thresholds=_with_units(plan, view))
     drawn: list[Stroke] = []
     for family in plan.drawn:
         threshold = plan.thresholds.of(family)
         assert threshold is not None, "families that are left out aren't drawn"
-        drawn += strokes_of(view, visible_segments(view, family, threshold, detail.sample_pixels), detail)
+        drawn += strokes_of(view, visible_segments(view, family, threshold, fineness.sample_pixels), fineness)
     if plan.finished:
         drawn = list(finish(drawn, view, plan.crumb))
     mesh = view.mesh
@@ -170,17 +181,17 @@ def visible_segments(
     return fade(view.unhidden(strong, sample_pixels), threshold)
 
 
-def strokes_of(view: View, segments: Segments, detail: Detail = BALANCED) -> tuple[Stroke, ...]:
+def strokes_of(view: View, segments: Segments, fineness: Fineness = BALANCED) -> tuple[Stroke, ...]:
     """The strokes that visible segments of a view are drawn as: long, simplified, without dots.
 
     Args:
         view: The view.
         segments: Of one family.
-        detail: How closely they follow the segments.
+        fineness: How closely they follow the segments.
     """
     camera = view.camera
     with timed(view.trace, "strokes"):
-        return strokes(segments, camera, detail.tolerance, shortest_stroke(segments.family, camera))
+        return strokes(segments, camera, fineness.tolerance, shortest_stroke(segments.family, camera))
 
 
 def shortest_stroke(family: LineFamily, camera: Camera) -> float:
@@ -223,7 +234,7 @@ def _check(camera: object, model: object, crease_angle: float, **angles: float) 
         raise UsageError(f"crease angle: found {crease_angle}, expected degrees between 0 and 180")
 
 
-def _detail(preset: str, tolerance: float | None) -> Detail:
+def _fineness(preset: str, tolerance: float | None) -> Fineness:
     if preset not in PRESETS:
         raise UsageError(f"preset: found {preset!r}, expected one of {', '.join(PRESETS)}")
     if tolerance is None:
@@ -245,6 +256,9 @@ def _chosen(model: Chooser, view: View, preset: str, asked: tuple[LineFamily, ..
 
 
 def _surface(shape: Mesh | Surface | str | Path, up: str, eye: tuple[float, float, float] | None) -> Surface:
+    if up != "y" and not isinstance(shape, (str, Path)):
+        found = f"{up!r} beside a {type(shape).__name__}, which is drawn as it is"
+        raise UsageError(f"up: found {found}, expected a file's path beside it")
     if isinstance(shape, Surface):
         return shape
     trace = Trace()

@@ -1,7 +1,8 @@
 """From strokes as they are found to strokes as an illustrator draws them.
 
 What is found is all that the surface says, line by line: lines of several kinds along one edge, dashes where one of
-them is cut, bits on rough places. A person draws each line once, in one stroke, and leaves out what carries nothing.
+them is cut, zigzags between slivers, bits on rough places. A person draws each line once, in one stroke, and leaves out
+what carries nothing.
 """
 
 from collections.abc import Sequence
@@ -9,6 +10,7 @@ from collections.abc import Sequence
 from ncmodel.drawing.crumbs import without_crumbs
 from ncmodel.drawing.joining import join
 from ncmodel.drawing.overlapping_strokes import drop_accompanying
+from ncmodel.drawing.zigzags import straightened
 from ncmodel.export.page import page_scale
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed
@@ -32,5 +34,5 @@ def finish(strokes: Sequence[Stroke], view: View, crumb: float = 0.0) -> tuple[S
     camera = view.camera
     scale = page_scale(camera.width, camera.height)
     with timed(view.trace, "finish"):
-        joined = join(drop_accompanying(strokes, ASIDE * scale), GAP * scale, view)
+        joined = join(drop_accompanying(straightened(strokes, scale), ASIDE * scale), GAP * scale, view)
         return without_crumbs(joined, crumb * min(camera.width, camera.height), ASIDE * scale) if crumb else joined

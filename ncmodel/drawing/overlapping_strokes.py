@@ -23,6 +23,7 @@ _CLAIMS = (
     (LineFamily.CONTOURS,),
     (LineFamily.BOUNDARIES,),
     (LineFamily.CREASES,),
+    (LineFamily.INTERSECTIONS,),
     (LineFamily.RIDGES, LineFamily.VALLEYS),
     (LineFamily.SUGGESTIVE, LineFamily.APPARENT),
 )
@@ -38,7 +39,7 @@ class _Rule(NamedTuple):
         tolerance: Pixels between them, at most.
         parallel: Least cosine between their directions; others cross.
         shortest_run: Pixels; strokes that are close for a shorter stretch touch, or cross at a small angle.
-        crumb: What remains between or beside such stretches has more such points than this.
+        crumb: What remains between or beside such stretches has more such points than this, unless it bridges a gap.
         lead: Such points that are left out where a stroke leaves the one it ran along, for a straight way from there.
         fainter: A stroke stays if its opacity is above that of the other one by more than this.
     """
@@ -68,8 +69,8 @@ def drop_overlapping(strokes: Sequence[Stroke], tolerance: float) -> tuple[Strok
 def drop_accompanying(strokes: Sequence[Stroke], pixels: float) -> tuple[Stroke, ...]:
     """Strokes without the parts that run along strokes of a stronger claim.
 
-    Contours are claimed first and stay whole, as an outline is closed; then boundaries, creases, ridges and valleys,
-    suggestive contours and apparent ridges; among equals, the one of more ink.
+    Contours are claimed first and stay whole, as an outline is closed; then boundaries, creases, intersections, ridges
+    and valleys, suggestive contours and apparent ridges; among equals, the one of more ink.
 
     Args:
         strokes: Polylines of two points or more, of any families.
@@ -104,7 +105,11 @@ def _without_retraced(strokes: Sequence[Stroke], order: Ints, whole: int, rule: 
         index, part = order[rank], slice(fine.first[rank], fine.first[rank + 1])
         kept = along[part] < 0
         edges = np.flatnonzero(np.diff(np.concatenate([[False], kept, [False]]).astype(np.int8)))
-        spans = [(a, b) for a, b in (part.start + edges).reshape(-1, 2).tolist() if b - a > rule.crumb]
+        spans = [
+            (a, b)
+            for a, b in (part.start + edges).reshape(-1, 2).tolist()
+            if b - a > rule.crumb or _bridges(part, (a, b), along, fine.first)
+        ]
         pieces[index] = [_piece(strokes[index], fine, part, span, along, rule.lead) for span in spans]
     return tuple(piece for some in pieces for piece in some)
 
@@ -148,10 +153,19 @@ class _Samples:
     first: Ints
 
 
+def _bridges(part: slice, span: tuple[int, int], along: Ints, first: Ints) -> bool:
+    """Whether the part of a stroke between two samples goes on from where one line ends to where another one begins."""
+    if span[0] == part.start or span[1] == part.stop:
+        return False
+    left, other = int(along[span[0] - 1]), int(along[span[1]])
+    same = np.searchsorted(first, left, side="right") == np.searchsorted(first, other, side="right")
+    return not (same and abs(left - other) <= 2 * (span[1] - span[0] + 2))
+
+
 def _piece(stroke: Stroke, fine: _Samples, part: slice, span: tuple[int, int], along: Ints, lead: int) -> Stroke:
     """The part of a stroke between two samples, with one point more at each side: it meets what it ran along."""
     begin, end = max(span[0] - 1, part.start), min(span[1] + 1, part.stop)
-    place = np.arange(begin, end)
+    place, lead = np.arange(begin, end), min(lead, (span[1] - span[0]) // 3)
     own = fine.own[begin:end].copy()
     own[[0, -1]] = True
     if lead and begin < span[0]:

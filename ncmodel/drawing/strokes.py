@@ -57,6 +57,11 @@ def strokes(
     return drop_overlapping(found, min(tolerance, TOLERANCE))
 
 
+def simplified(points: Floats, first: Ints, tolerance: float) -> Mask:
+    """(N,) which points of polylines (points first[c] : first[c + 1]) are enough for some pixels of tolerance."""
+    return np.asarray(_simplify(points, np.ones(len(points)), first, tolerance, 1.0))
+
+
 def without_dots(lines: LineSet, camera: Camera, shortest: float) -> LineSet:
     """The lines that `strokes` would draw: without those whose chains are shorter than `shortest` pixels."""
     chains = chain(lines.points)

@@ -80,7 +80,7 @@ def _below(x: float, nx: float, ny: float) -> float:
 
 
 @kernel
-def _row(x0: float, y0: float, x1: float, y1: float, y: float, reach: float, width: int) -> tuple[int, int]:
+def row_span(x0: float, y0: float, x1: float, y1: float, y: float, reach: float, width: int) -> tuple[int, int]:
     """The pixels [first, last) of the row through `y` within `reach` of a segment with y0 <= y1, and a few more."""
     low, high = x0, x1
     if y1 - y0 > reach:
@@ -111,7 +111,7 @@ def _draw(points: Floats, alpha: Floats, feature: Floats, half: float, ink: Imag
         bottom = int(min(max(y1 + reach + 1.0, 0.0), float(height)))
         for row in range(top, bottom):
             y = row + 0.5
-            first, last = _row(x0, y0, x1, y1, y, reach, width)
+            first, last = row_span(x0, y0, x1, y1, y, reach, width)
             for column in range(first, last):
                 x = column + 0.5
                 along = min(max(((x - x0) * dx + (y - y0) * dy) / square, 0.0), 1.0)

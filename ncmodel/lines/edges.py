@@ -61,6 +61,23 @@ def creases(vertices: Floats, rings: Rings, angle: float) -> Edges:
     return _in_face_order(rings, *_sharp(vertices, rings.starts, rings.around, math.cos(angle)))
 
 
+def bent_to(edges: Edges, vertices: Floats, rings: Rings, eye: Floats, angle: float) -> Edges:
+    """The edges that an eye sees as such: of those with more than two faces, where those two bend that it sees.
+
+    Where an inner wall meets a flat side, or another body touches it along an edge, faces bend sharply; but not those
+    on either side of the room that the eye is in.
+
+    Args:
+        edges: Borders or creases.
+        vertices: (V, 3).
+        rings: The faces around each vertex.
+        eye: Where they are seen from.
+        angle: Radians that these two faces bend at least.
+    """
+    kept = _bent_to(edges.ends, vertices, rings.starts, rings.around, eye, angle)
+    return edges if kept.all() else Edges(edges.ends[kept], edges.face[kept])
+
+
 def _in_face_order(rings: Rings, start: Indices, corner: Indices) -> Edges:
     """Sides from vertex `start` to the vertex that follows it at `corner` of the rings."""
     face, end = rings.face[corner], rings.around[corner, 0]
@@ -153,3 +170,28 @@ def _cosine_between(vertices: Floats, v: int, far: int, left: int, right: int) -
         return 1.0
     dot = a[9] * b[9] + a[10] * b[10] + a[11] * b[11]
     return float(dot / math.sqrt((a[9] ** 2 + a[10] ** 2 + a[11] ** 2) * (b[9] ** 2 + b[10] ** 2 + b[11] ** 2)))
+
+
+@kernel
+def _bent_to(ends: Ints, vertices: Floats, starts: Offsets, around: Indices, eye: Floats, angle: float) -> Mask:
+    """(n,) which edges have two faces at most, or bend by more than `angle` between the faces beside the eye's room."""
+    kept = np.ones(len(ends), dtype=np.bool_)
+    for e in range(len(ends)):
+        i, j = ends[e, 0], ends[e, 1]
+        if _sides_between(around, starts[i], starts[i + 1], j) <= 2:
+            continue
+        axis, toward = vertices[j] - vertices[i], eye - vertices[i]
+        axis /= max(math.sqrt(np.sum(axis * axis)), 1e-300)
+        toward -= np.sum(toward * axis) * axis
+        # Angles around the edge, from the eye's direction on: the room ends at the first face and at the last one.
+        first, last = 2 * math.pi, 0.0
+        for n in range(starts[i], starts[i + 1]):
+            for far, third in ((around[n, 0], around[n, 1]), (around[n, 1], around[n, 0])):
+                if far != j:
+                    continue
+                away = vertices[third] - vertices[i]
+                away -= np.sum(away * axis) * axis
+                turn = math.atan2(np.sum(np.cross(toward, away) * axis), np.sum(toward * away)) % (2 * math.pi)
+                first, last = min(first, turn), max(last, turn)
+        kept[e] = abs(first + 2 * math.pi - last - math.pi) > angle
+    return kept

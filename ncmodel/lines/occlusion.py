@@ -4,7 +4,8 @@ A point is hidden where its ray meets a face clearly before it, on either side o
 occluders:
 
 * A face that contains the point. The point's distance to the face decides and not the depth along the ray, which
-  explodes on faces seen at a grazing angle. Shells that touch or coincide are covered by the same rule.
+  explodes on faces seen at a grazing angle. Shells that touch or coincide are covered by the same rule. But a border
+  whose own face lies behind such a face is that of an inner wall, and ends there unseen.
 * A face of the same fold. Lines are found on the smooth surface that interpolated normals describe, but rays meet flat
   faces. Where that surface turns from the eye, about half of a contour lies on faces that look away and that their
   neighbours hide. Such a neighbour is near, by the size of the face, turned alike, and near the turn itself; and
@@ -25,10 +26,13 @@ from ncmodel.camera import DEFAULT_SIZE, Camera
 from ncmodel.geometry.normals_areas import Indices
 from ncmodel.geometry.raycast import RayScene
 from ncmodel.jit import kernel
-from ncmodel.types import Floats, Ints, LineSet, Mask
+from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mask
 
 TOUCH = 1e-5
 """A point nearer to a face than this lies on it: in radii of the mesh, or in distances from an eye nearer than that."""
+INWARDS = 4.0
+"""Borders are looked at this many times as far within their own faces: where these end at the back of others, they are
+then clearly behind them."""
 ROUGHNESS = 2.0
 """A face is near a fold if it could look away after turning this many times as far as it is off the smooth normals."""
 REACH = 3.0
@@ -43,7 +47,7 @@ FOLD_PIXELS = 3.0
 GAP_REACH = 10.0
 """As `REACH`, for what is near enough to be roughness of the surface itself."""
 
-HIDDEN, HIDDEN_NEARBY, SEEN, FOLDED = 0, 1, 2, 3
+HIDDEN, HIDDEN_NEARBY, SEEN, FOLDED, BEHIND = 0, 1, 2, 3, 4
 _Vector = tuple[float, float, float]
 
 
@@ -77,6 +81,7 @@ class Occlusion:
         pixels = GRACE_PIXELS if smooth is None else FOLD_PIXELS * min(camera.width, camera.height) / DEFAULT_SIZE
         self.grace = pixels / camera.focal_pixels
         self.surface = smooth or Smooth(scene.vertices, scene.faces, np.zeros((0, 3)))
+        self.inwards = _inwards(lines, self.surface) if lines.family is LineFamily.BOUNDARIES else None
         self.reach = _fold_reach(self.face, self.surface, self.eye) if smooth else np.zeros(len(lines))
 
     def state(self, segment: Ints, at: Floats) -> NDArray[np.int8]:
@@ -88,10 +93,17 @@ class Occlusion:
         before, touch = distance - hits.distance, self._touch(distance)
         face, reach = self.face[segment], self.reach[segment]
         state = _judge(points, face, reach, hits.face, before, self.surface, self.eye, touch)
-        doubtful = np.flatnonzero(state != SEEN if self.on_edges else state == FOLDED)
+        if self.inwards is not None:
+            middle = np.sign(0.5 - at)[:, None] * self.inwards[segment, 1]
+            inner = points + (INWARDS * touch)[:, None] * (self.inwards[segment, 0] + middle)
+            _, hit = self.scene.first_hit(self.eye, inner - self.eye)
+            state[_behind(points, face, hit, self.surface, self.eye, touch)] = BEHIND
+        unseen = (state != SEEN) & (state != BEHIND)
+        doubtful = np.flatnonzero(unseen if self.on_edges else state == FOLDED)
         free = self._beside_is_free(points[doubtful], segment[doubtful])
         state[doubtful[free]] = SEEN
         state[state == FOLDED] = HIDDEN_NEARBY
+        state[state == BEHIND] = HIDDEN
         return state
 
     def _touch(self, distance: Floats) -> Floats:
@@ -176,6 +188,39 @@ def _judge(
         else:
             state[n] = HIDDEN_NEARBY
     return state
+
+
+def _inwards(lines: LineSet, surface: Smooth) -> Floats:
+    """(S, 2, 3) unit vectors from borders into their own faces, and along them."""
+    start, along = lines.points[:, 0], lines.points[:, 1] - lines.points[:, 0]
+    along = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
+    inner = surface.vertices[surface.faces[lines.face]].mean(axis=1) - start
+    inner = inner - np.einsum("ij,ij->i", inner, along)[:, None] * along
+    return np.stack([inner / np.maximum(np.linalg.norm(inner, axis=1, keepdims=True), 1e-300), along], axis=1)
+
+
+@kernel
+def _behind(points: Floats, face: Ints, hit: Ints, surface: Smooth, eye: Floats, touch: Floats) -> Mask:
+    """(N,) which points on borders of faces lie on another face hit before these, one apart from them, at its back."""
+    vertices, faces, _ = surface
+    found = np.zeros(len(points), np.bool_)
+    for n in range(len(points)):
+        if hit[n] < 0 or hit[n] == face[n]:
+            continue
+        i, j, k = faces[hit[n], 0], faces[hit[n], 1], faces[hit[n], 2]
+        a = _row(vertices, i)
+        across = _unit(_cross(_minus(_row(vertices, j), a), _minus(_row(vertices, k), a)))
+        side = 1.0 if _dot(across, _minus((eye[0], eye[1], eye[2]), a)) > 0.0 else -1.0
+        found[n] = abs(_dot(across, _minus(_row(points, n), a))) <= touch[n]
+        lowest = 0.0
+        for c in range(3):
+            above = side * _dot(across, _minus(_row(vertices, faces[face[n], c]), a))
+            found[n] &= (
+                above <= touch[n] and faces[face[n], c] != i and faces[face[n], c] != j and faces[face[n], c] != k
+            )
+            lowest = min(lowest, above)
+        found[n] &= lowest < -INWARDS * touch[n]
+    return found
 
 
 @kernel

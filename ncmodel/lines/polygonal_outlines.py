@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ncmodel.camera import DEFAULT_SIZE, Camera
-from ncmodel.export.rasterize import draw_segments
+from ncmodel.export.rasterize import row_span
 from ncmodel.geometry.adjacency import Offsets, Rings
 from ncmodel.geometry.normals_areas import Indices, check_columns, sides_of
 from ncmodel.geometry.raycast import RayScene
@@ -31,9 +31,11 @@ whose shorter side is 768."""
 ROUNDING = 0.5
 """What a point may be off the centre of its pixel, in either direction, where distances are looked up in a picture."""
 STEP = 0.015
-"""A fold is an outline if just beside it the eye sees past the shape, or a part of it that is farther by this."""
+"""A fold is an outline if just beside it the eye sees past the shape, or a part of it that is as many radii farther."""
 ASIDE_PIXELS = 0.5
 """How far beside it, in pixels of any picture."""
+TOUCH = 1e-4
+"""Before another body this is enough: a cushion against the back of a sofa."""
 SHORTEST_PIXELS = 60.0
 """Outlines before other parts of the shape are longer: where a contour ends in a cusp, faces go on as an outline for a
 little, in one line or several."""
@@ -51,27 +53,31 @@ class Polygons(NamedTuple):
         faces: (F, 3).
         rings: The faces around each vertex.
         scene: The same, for rays.
+        shells: (F,) a number for each face, equal for connected ones.
     """
 
     vertices: Floats
     faces: Indices
     rings: Rings
     scene: RayScene
+    shells: Ints
 
 
-def visible_folds(shape: Polygons, camera: Camera, sample_pixels: float = SAMPLE_PIXELS) -> LineSet:
+def visible_folds(shape: Polygons, camera: Camera) -> LineSet:
     """The visible edges whose faces, two at least, all lie on one side of them on the picture, in short pieces.
+
+    Each piece is seen or hidden as a whole.
 
     Args:
         shape: The faces.
         camera: Where they are seen from.
-        sample_pixels: Distance along the picture of the points at which visibility is decided.
     """
-    vertices, faces, rings, scene = shape
+    vertices, faces, rings, scene, _ = shape
     turned = _turned(vertices, faces, np.asarray(camera.eye, dtype=np.float64))
     start, end, face = _folds(rings.starts, rings.around, rings.face, turned)
     folds = Edges(np.stack([start, end], axis=1), face).lines(LineFamily.CONTOURS, vertices)
-    return visible_pieces(folds.between(*_pieces(folds, camera, _near(camera))), camera, scene, None, sample_pixels)
+    near = _near(camera)
+    return visible_pieces(folds.between(*_pieces(folds, camera, near)), camera, scene, None, 2.0 * near)
 
 
 def along(lines: LineSet, ends: Sequence[LineSet], camera: Camera) -> tuple[LineSet, LineSet]:
@@ -106,26 +112,37 @@ def apart(lines: LineSet, others: LineSet, camera: Camera) -> LineSet:
 
 
 def missing_outlines(
-    folds: LineSet, drawn: Sequence[LineSet], scene: RayScene, camera: Camera, shortest: float = SHORTEST_PIXELS
+    folds: LineSet,
+    drawn: Sequence[LineSet],
+    shape: Polygons,
+    camera: Camera,
+    shortest: float = SHORTEST_PIXELS,
+    sample_pixels: float = SAMPLE_PIXELS,
 ) -> LineSet:
-    """The folds before something farther, or nothing, that are far from all lines drawn.
+    """The visible parts of folds before something farther, or nothing, that are far from all lines drawn.
+
+    Before another body they are lines however near it is: there is no going on from one to the other.
 
     Args:
-        folds: All that are visible.
+        folds: Pieces of all that are visible.
         drawn: The visible lines drawn.
-        scene: The faces.
+        shape: The faces.
         camera: Where they are seen from.
         shortest: What those before another part of the shape measure at least, in pixels at 768.
+        sample_pixels: Distance along the picture of the points at which visibility is decided.
     """
     if len(folds) == 0:
         return folds
-    pixels, step = camera.project(folds.points)[..., :2], _step(folds, scene, camera)
-    missing = np.flatnonzero(_far(folds, drawn, camera, _near(camera)) & (step >= STEP))
-    length = np.linalg.norm(pixels[missing, 1] - pixels[missing, 0], axis=1)
-    length[np.isinf(step[missing])] = np.inf
+    far = np.flatnonzero(_far(folds, drawn, camera, _near(camera)))
+    step = _step(folds.take(far), shape, camera)
+    missing, step = far[step >= STEP], step[step >= STEP]
+    pixels = camera.project(folds.points[missing])[..., :2]
+    length = np.linalg.norm(pixels[:, 1] - pixels[:, 0], axis=1)
+    length[np.isinf(step)] = np.inf
     run = connected(folds.points[missing])
     long = np.bincount(run, length)[run] >= shortest / NEAR_PIXELS * _near(camera)
-    return folds.take(_with_neighbours(folds.points, missing[long]))
+    outlines = folds.take(_with_neighbours(folds.points, missing[long]))
+    return visible_pieces(outlines, camera, shape.scene, None, sample_pixels)
 
 
 def joined(one: LineSet, other: LineSet) -> LineSet:
@@ -164,15 +181,36 @@ def _far(lines: LineSet, others: Sequence[LineSet], camera: Camera, pixels: floa
     far = (column >= 0.0) & (column < camera.width) & (row >= 0.0) & (row < camera.height)
     if others and far.any():
         ends = np.concatenate([camera.project(other.points)[..., :2] for other in others])
-        broad = draw_segments(ends, np.ones((len(ends), 2)), 2.0 * pixels, (camera.height, camera.width))
-        far[far] = broad[row[far].astype(np.int64), column[far].astype(np.int64)] < 0.5
+        near = _near_segments(ends, pixels, camera.height, camera.width)
+        far[far] = ~near[row[far].astype(np.int64), column[far].astype(np.int64)]
     return np.asarray(far)
 
 
-def _step(lines: LineSet, scene: RayScene, camera: Camera) -> Floats:
+@kernel
+def _near_segments(ends: Floats, pixels: float, height: int, width: int) -> Mask:
+    """(H, W) which pixels have their centre within some pixels of one of (S, 2, 2) segments."""
+    near = np.zeros((height, width), np.bool_)
+    for s in range(len(ends)):
+        # From the upper to the lower end.
+        upper = 0 if ends[s, 0, 1] <= ends[s, 1, 1] else 1
+        x, y = ends[s, upper]
+        x1, y1 = ends[s, 1 - upper]
+        square = max((x1 - x) ** 2 + (y1 - y) ** 2, 1e-300)
+        for row in range(int(max(y - pixels, 0.0)), int(min(max(y1 + pixels + 1.0, 0.0), float(height)))):
+            first, last = row_span(x, y, x1, y1, row + 0.5, pixels, width)
+            for column in range(first, last):
+                u, v = column + 0.5 - x, row + 0.5 - y
+                along = min(max((u * (x1 - x) + v * (y1 - y)) / square, 0.0), 1.0)
+                off = (u - along * (x1 - x)) ** 2 + (v - along * (y1 - y)) ** 2
+                near[row, column] |= off <= pixels * pixels
+    return near
+
+
+def _step(lines: LineSet, shape: Polygons, camera: Camera) -> Floats:
     """(S,) how much farther than segments the eye sees where they end, in radii of the mesh.
 
     What is seen beside a segment is followed back to it, as a surface seen at a grazing angle recedes much in a pixel.
+    Another body counts as `STEP` at least.
     """
     eye, middle = np.asarray(camera.eye), lines.points.mean(axis=1)
     away = middle - eye
@@ -180,13 +218,15 @@ def _step(lines: LineSet, scene: RayScene, camera: Camera) -> Floats:
     aside = np.cross(away, lines.points[:, 1] - lines.points[:, 0])
     aside /= np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), 1e-300)
     aside *= (ASIDE_PIXELS * distance / camera.focal_pixels)[:, None]
-    step = np.zeros(len(lines))
+    step, radius = np.zeros(len(lines)), shape.scene.radius
     for side in (aside, -aside):
-        beside, beyond = (scene.first_hit(eye, away + share * side)[0] for share in (1.0, 2.0))
+        (beside, face), (beyond, _) = (shape.scene.first_hit(eye, away + share * side) for share in (1.0, 2.0))
         receding = np.zeros(len(lines))
         np.subtract(beyond, beside, out=receding, where=np.isfinite(beyond) & (beyond > beside))
-        step = np.maximum(step, beside - receding - distance)
-    return np.asarray(step / scene.radius)
+        farther = (beside - receding - distance) / radius
+        other = (farther > TOUCH) & (face >= 0) & (shape.shells[face] != shape.shells[lines.face])
+        step = np.maximum(step, np.where(other, np.maximum(farther, STEP), farther))
+    return step
 
 
 def _with_neighbours(points: Floats, chosen: Ints) -> Mask:

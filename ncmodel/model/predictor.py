@@ -24,6 +24,7 @@ from ncmodel.model.threshold_search import Budget, budget_named, optimise
 from ncmodel.nets.blocks import threads_for
 from ncmodel.nets.checkpoints import Checkpoint, load_checkpoint
 from ncmodel.nets.presets import BACKGROUND
+from ncmodel.nets.shipped import checkpoint_path
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed
 from ncmodel.types import FILTERED_FAMILIES, Image, LineFamily, Stroke, Thresholds
@@ -170,10 +171,13 @@ class Model:
 def load_model(path: str | Path) -> Model:
     """Read a checkpoint, ready to draw.
 
+    Args:
+        path: The file, or "default" for the model that ships with the package.
+
     Raises:
         InputError: The file isn't a checkpoint, or is damaged.
     """
-    return Model(load_checkpoint(path))
+    return Model(load_checkpoint(checkpoint_path(path)))
 
 
 def as_seen(view: View) -> View:

@@ -135,7 +135,7 @@ class Preset:
     variation: Variation = field(default_factory=Variation)
     averaging: float = 0.0
     statistics: StatisticsDims | None = None
-    counting: Rates = field(default_factory=lambda: Rates(3e-3, batch=64, epochs=40))
+    counting: Rates = field(default_factory=lambda: Rates(3e-4, batch=64, epochs=30))
 
     def __post_init__(self) -> None:
         if self.translation.size % self.ranking.size:

@@ -191,6 +191,10 @@ class _Parted(Surface):
         return self.whole.scene
 
     @property
+    def shells(self) -> Ints:
+        return self.whole.shells
+
+    @property
     def intersections(self) -> LineSet:
         return self.whole.intersections
 

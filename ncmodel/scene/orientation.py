@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from ncmodel.geometry.adjacency import Offsets, Rings, components, wound_alike
+from ncmodel.geometry.adjacency import Offsets, Rings, wound_alike
 from ncmodel.geometry.normals_areas import Indices, check_columns
 from ncmodel.jit import kernel
 from ncmodel.scene.surface import Surface
@@ -40,7 +40,7 @@ def turn_outwards(surface: Surface, eye: tuple[float, float, float] | None = Non
     rings = None if surface.is_closed else surface.rings
     with timed(surface.trace, "winding"):
         if rings is None:
-            shell = components(faces, len(mesh.vertices))[faces[:, 0]]
+            shell = surface.shells
             turned = np.zeros(len(faces), dtype=np.bool_)
         else:
             shell, turned = _agreeing(len(faces), rings)

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from ncmodel.geometry import curvature, normals_areas
-from ncmodel.geometry.adjacency import Rings, rings_of
+from ncmodel.geometry.adjacency import Rings, components, rings_of
 from ncmodel.geometry.feature_size import enclosing_radius, feature_size_of_all, sampled_feature_size
 from ncmodel.geometry.normal_smoothing import smoothed_normals
 from ncmodel.lines import edges, intersections, ridges
 from ncmodel.tracing import stage, timed
-from ncmodel.types import Floats, LineSet, Mesh, Trace
+from ncmodel.types import Floats, Ints, LineSet, Mesh, Trace
 
 if TYPE_CHECKING:
     from ncmodel.geometry.raycast import RayScene
@@ -126,6 +126,11 @@ class Surface:
     def rings(self) -> Rings:
         """Which faces meet at each vertex."""
         return rings_of(self.faces, len(self.mesh.vertices))
+
+    @stage
+    def shells(self) -> Ints:
+        """(F,) a number for each face, equal for connected ones."""
+        return components(self.faces, len(self.mesh.vertices))[self.faces[:, 0]]
 
     @stage
     def boundary_edges(self) -> edges.Edges:

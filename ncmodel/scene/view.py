@@ -1,5 +1,6 @@
 """A surface seen from a camera, and everything that depends on the view, computed when first asked for."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from ncmodel.camera import Camera
 from ncmodel.geometry import shading, view_curvature
 from ncmodel.lines import contours, ridges
+from ncmodel.lines.edges import bent_to
 from ncmodel.scene import creases
 from ncmodel.scene.surface import CREASE_ANGLE, Surface
 from ncmodel.tracing import stage, timed
@@ -150,14 +152,21 @@ class View:
 
         They are `lines` except for occluding contours, which are `outlines`: rays tell what is hidden, so curvature
         isn't needed; for creases, of which bits of rough surfaces are left out and lines along rounded edges are some;
-        and for lines of curvature on the flats of a surface with creases, which have no curvature.
+        for these and boundaries, where inner walls and edges of other parts touch a flat side from behind; and for
+        lines of curvature on the flats of a surface with creases, which have no curvature.
         """
         if family is LineFamily.CONTOURS:
             return self.outlines
-        if family is LineFamily.CREASES:
-            found = creases.crease_lines(self.surface, self.crease_angle)
-            whole = self.surface.whole
-            return found.seen_from(self.eye, whole.mesh.vertices, whole.faces).lines(family, self.mesh.vertices)
+        if family in (LineFamily.CREASES, LineFamily.BOUNDARIES):
+            surface, whole, angle = self.surface, self.surface.whole, self.crease_angle
+            vertices = whole.mesh.vertices
+            if family is LineFamily.CREASES:
+                found = creases.crease_lines(surface, angle).seen_from(self.eye, vertices, whole.faces)
+            else:
+                found = surface.boundary_edges
+            if len(found):
+                found = bent_to(found, vertices, whole.rings, self.eye, math.radians(angle))
+            return found.lines(family, vertices)
         return creases.off_flats(self.lines(family), self.surface)
 
     def unhidden(self, lines: LineSet, sample_pixels: float = 1.0) -> LineSet:
@@ -207,12 +216,12 @@ class View:
         boundaries = self.visible(LineFamily.BOUNDARIES, sample_pixels)
         creases = [self.visible(LineFamily.CREASES, sample_pixels)] if parted else []
         shortest = outlines.SHORTEST_BETWEEN_CREASES if parted else outlines.SHORTEST_PIXELS
-        shape = outlines.Polygons(whole.mesh.vertices, whole.faces, whole.rings, whole.scene)
+        shape = outlines.Polygons(whole.mesh.vertices, whole.faces, whole.rings, whole.scene, whole.shells)
         with timed(self.trace, "polygonal_outlines"):
-            folds = outlines.visible_folds(shape, camera, sample_pixels)
+            folds = outlines.visible_folds(shape, camera)
             contours, doubtful = outlines.along(contours, [folds, boundaries], camera)
             drawn = [contours, boundaries, *creases]
-            missing = outlines.missing_outlines(folds, drawn, whole.scene, camera, shortest)
+            missing = outlines.missing_outlines(folds, drawn, shape, camera, shortest, sample_pixels)
             doubtful = outlines.apart(doubtful, missing, camera)
         return outlines.joined(outlines.joined(contours, doubtful), missing)
 

@@ -6,7 +6,7 @@ import pytest
 from ncmodel.drawing.crumbs import without_crumbs
 from ncmodel.types import Stroke
 
-ALL_LINES = ["contours", "boundaries", "creases", "suggestive", "ridges", "valleys", "apparent"]
+ALL_LINES = ["contours", "boundaries", "creases", "intersections", "suggestive", "ridges", "valleys", "apparent"]
 CURVATURE = ["suggestive", "ridges", "valleys", "apparent"]
 
 

@@ -326,3 +326,9 @@ def test_a_stray_vertex_far_away_changes_nothing() -> None:
     stray = draw(Mesh(np.vstack([corners, [[1e5, 0.0, 0.0]]]), faces), lines=["creases", "contours"])
     assert alone.ink().sum() > 0
     assert np.array_equal(alone.ink(), stray.ink())
+
+
+def test_an_upward_axis_that_would_be_ignored_is_an_error(torus: Mesh) -> None:
+    for shape in (torus, Surface(torus)):
+        with pytest.raises(UsageError, match="up: found 'z' beside a"):
+            draw(shape, up="z", size=64)

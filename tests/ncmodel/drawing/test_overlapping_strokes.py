@@ -72,7 +72,7 @@ def test_a_shape_in_a_tight_shell_is_drawn_once() -> None:
     assert compare_lines(inks[0], inks[1], 1.0).f1 > 0.999
 
 
-CLAIMS = ["contours", "boundaries", "creases", "ridges", "suggestive"]
+CLAIMS = ["contours", "boundaries", "creases", "intersections", "ridges", "suggestive"]
 
 
 def bent(family: str, aside: float, alpha: float = 1.0) -> Stroke:
@@ -121,6 +121,18 @@ def test_a_line_that_leaves_another_one_starts_on_it() -> None:
     way = np.diff(rest.points, axis=0)
     turn = np.degrees(np.arctan2(way[:, 1], way[:, 0]))
     assert turn.max() < 40.0  # and leaves it without a step
+
+
+@pytest.mark.parametrize("gap", [8.0, 14.0])
+def test_what_closes_a_gap_in_stronger_lines_stays_and_a_bulge_beside_one_goes(gap: float) -> None:
+    left = stroke((0, 0), (50, 0), family="contours")
+    right = stroke((50 + gap, 0), (100, 0), family="contours")
+    *_, closing = drop_accompanying([left, right, stroke((10, 1), (90, 1))], 3.0)
+    assert closing.points[:, 0].min() < 51 < 49 + gap < closing.points[:, 0].max()
+    assert length((closing,)) < gap + 10.0
+    whole = stroke((0, 0), (100, 0), family="contours")
+    bulge = stroke((10, 1), (45, 1), (50, 4), (55, 1), (90, 1))
+    assert drop_accompanying([whole, bulge], 3.0) == (whole,)
 
 
 def test_nothing_is_no_trouble() -> None:

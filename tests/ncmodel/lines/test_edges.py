@@ -3,9 +3,13 @@
 import numpy as np
 import pytest
 
+from ncmodel.camera import Camera
+from ncmodel.mesh.weld import weld
 from ncmodel.scene.surface import Surface
+from ncmodel.scene.view import View
 from ncmodel.types import Floats, Ints, LineFamily, Mesh
 from tests.helpers import analytic
+from tests.helpers.dirty import joined
 
 
 def brute_force(vertices: Floats, faces: Ints, angle: float) -> tuple[set[tuple[int, int]], set[frozenset[int]]]:
@@ -95,3 +99,53 @@ def test_a_hub_of_many_faces_takes_no_quadratic_time() -> None:
     surface = Surface(Mesh(vertices, np.stack([n, (n + 1) % 20000, np.full(20000, 20000)], axis=1)))
     assert len(surface.boundary_edges) == 20000
     assert len(surface.creases()) == 0
+
+
+def wall_in_a_box(welded: bool) -> Mesh:
+    """A box whose sides have edges in the middle, where a wall within meets them."""
+    halves = np.array([[x, y, z] for x in (-0.5, 0.0, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+    quads = [[0, 1, 3, 2], [8, 10, 11, 9]]
+    for k in (0, 4):
+        quads += [
+            [k, k + 4, k + 5, k + 1],
+            [k + 2, k + 3, k + 7, k + 6],
+            [k, k + 2, k + 6, k + 4],
+            [k + 1, k + 5, k + 7, k + 3],
+        ]
+    wall = [[4, 5, 7, 6]] if welded else [[12, 13, 15, 14]]
+    vertices = halves if welded else np.concatenate([halves, halves[4:8]])
+    return Mesh(vertices, np.array([[q[0], q[i], q[i + 1]] for q in quads + wall for i in (1, 2)]))
+
+
+@pytest.mark.parametrize("welded", [True, False])
+def test_an_inner_wall_draws_no_line_on_the_flat_sides(welded: bool) -> None:
+    surface = Surface(wall_in_a_box(welded))
+    view = View(surface, Camera((1.3, 1.1, 2.4)))
+    assert len(surface.boundary_edges) == (0 if welded else 4)
+    for family, expected in ((LineFamily.BOUNDARIES, 0.0), (LineFamily.CREASES, 9.0)):
+        seen = view.visible(family).points
+        length = np.linalg.norm(seen[:, 1] - seen[:, 0], axis=1)
+        on_wall = (np.abs(seen[..., 0]) < 1e-6).all(axis=1)
+        assert length[on_wall].sum() < 0.002  # less than a pixel, at the corners
+        assert length[~on_wall].sum() == pytest.approx(expected, rel=0.02)  # two corners are out of the picture
+
+
+def test_a_wall_on_a_floor_has_its_line_from_its_side_alone() -> None:
+    floor = np.array([[x, 0.0, z] for x in (-0.5, 0.0, 0.5) for z in (-0.5, 0.5)])
+    vertices = np.concatenate([floor, floor[2:4] + (0.0, 0.4, 0.0)])
+    faces = np.array([[0, 1, 3], [0, 3, 2], [2, 3, 5], [2, 5, 4], [2, 3, 7], [2, 7, 6]])
+    for y, shown in ((1.0, 1.0), (-1.0, 0.0)):
+        view = View(Surface(Mesh(vertices, faces)), Camera((1.5, y, 0.3)))
+        points = np.concatenate([view.visible(family).points for family in (LineFamily.CREASES, LineFamily.BOUNDARIES)])
+        foot = points[(np.abs(points[..., :2]) < 1e-9).all(axis=(1, 2))]
+        length = np.linalg.norm(foot[:, 1] - foot[:, 0], axis=1)
+        assert length.max(initial=0.0) == pytest.approx(shown, abs=0.01)
+
+
+def test_boxes_that_touch_in_an_edge_have_that_edge_from_both_rooms() -> None:
+    corners, quads = analytic.cube()
+    mesh = Mesh(*weld(*joined((corners, quads), (corners + (1.0, 1.0, 0.0), quads))))
+    for eye in ((3.0, -1.0, 2.0), (-1.0, 3.0, 2.0)):
+        seen = View(Surface(mesh), Camera(eye)).visible(LineFamily.CREASES).points
+        edge = seen[(np.abs(seen[..., :2] - 0.5) < 1e-9).all(axis=(1, 2))]
+        assert np.linalg.norm(edge[:, 1] - edge[:, 0], axis=1).sum() == pytest.approx(1.0, abs=0.01)

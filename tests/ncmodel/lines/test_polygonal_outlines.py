@@ -29,8 +29,12 @@ def house() -> Mesh:
     return make_mesh(vertices, np.array(sides + ends).reshape(-1, 3), "house")
 
 
+def polygons(surface: Surface) -> Polygons:
+    return Polygons(surface.mesh.vertices, surface.faces, surface.rings, surface.scene, surface.shells)
+
+
 def folds_of(surface: Surface, camera: Camera) -> LineSet:
-    return visible_folds(Polygons(surface.mesh.vertices, surface.faces, surface.rings, surface.scene), camera)
+    return visible_folds(polygons(surface), camera)
 
 
 def missing(mesh: Mesh, camera: Camera, *drawn: LineFamily) -> LineSet:
@@ -38,7 +42,7 @@ def missing(mesh: Mesh, camera: Camera, *drawn: LineFamily) -> LineSet:
     surface = Surface(mesh)
     view = View(surface, camera)
     lines = [view.unhidden(view.candidates(family)) for family in drawn]
-    return missing_outlines(folds_of(surface, camera), lines, surface.scene, camera)
+    return missing_outlines(folds_of(surface, camera), lines, polygons(surface), camera)
 
 
 def completeness(mesh: Mesh, drawing: Drawing, camera: Camera) -> float:
@@ -127,10 +131,12 @@ def test_outlines_do_not_depend_on_how_faces_are_wound(turned: slice) -> None:
     np.testing.assert_allclose(np.sort(one.points.mean(axis=1), axis=0), np.sort(other.points.mean(axis=1), axis=0))
 
 
-@pytest.mark.parametrize(("height", "shown"), [(0.004, 0.0), (0.04, 0.4)])
-def test_a_step_too_low_to_matter_is_no_outline(height: float, shown: float) -> None:
+@pytest.mark.parametrize(("height", "bodies", "shown"), [(0.004, 1, 0.0), (0.04, 1, 0.4), (0.004, 2, 0.4)])
+def test_a_step_too_low_to_matter_is_no_outline_but_of_another_body(height: float, bodies: int, shown: float) -> None:
     """A plate on a block: its far upper edge, behind which the block's top is seen."""
     vertices, faces = joined(box((-0.5, -0.2, -0.5), (0.5, 0.0, 0.5)), box((-0.2, 0.0, -0.2), (0.2, height, 0.2)))
+    if bodies == 1:
+        faces = np.concatenate([faces, [[0, 8, 8]]])  # without area, from one to the other
     camera = Camera.orbit(vertices, 0.0, 45.0, size=(400, 400))
     outlines = missing(Mesh(vertices, faces), camera)
     far = np.isclose(outlines.points[..., 1], height) & np.isclose(outlines.points[..., 2], -0.2)
@@ -162,3 +168,20 @@ def test_a_degenerate_face_does_not_interrupt_the_outline(azimuth: float) -> Non
     whole = Mesh(vertices, np.concatenate([np.delete(mesh.faces, split, axis=0), halves, [filler]]))
     camera = Camera.orbit(vertices, azimuth, 5.0, size=(400, 400))
     assert completeness(whole, draw(Surface(whole), camera, ["contours"]), camera) > 0.99
+
+
+def test_a_rail_on_a_wall_has_its_outline_however_near_the_wall_is() -> None:
+    """The wall is farther than the rail's outline by less than `STEP`; it is another body."""
+    radius, (rail, faces) = 0.01, analytic.cylinder(2, 24, 0.01, 0.9)
+    rail = rail[:, [1, 0, 2]] * (1.0, -1.0, 1.0) + (0.0, 0.0, radius + 1e-4)
+    wall = analytic.plane(8)
+    mesh = Mesh(np.concatenate([wall[0], rail]), np.concatenate([wall[1], faces + len(wall[0])]))
+    camera = Camera.orbit(mesh.vertices, 0.0, 30.0)
+    axis = np.stack([np.linspace(-0.4, 0.4, 200), np.zeros(200), np.full(200, radius + 1e-4)], axis=1)
+    up = np.cross(np.asarray(camera.eye) - axis, (1.0, 0.0, 0.0))
+    up *= -np.sign(up[:, 1:2]) / np.linalg.norm(up, axis=1, keepdims=True)
+    for side in (-radius, radius):
+        outline = camera.project(axis + side * up)[:, :2]
+        ink = draw(mesh, camera, "contours").ink()
+        near = [ink[int(v) - 2 : int(v) + 3, int(u)].max() for u, v in outline]
+        assert np.mean(np.array(near) > 0.5) > 0.95
