@@ -5,7 +5,7 @@ and yet drawn by hand is closed (an eye, a screw), goes on in another line, or i
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -19,16 +19,20 @@ CLOSED = 0.25
 _FILTERED = {family.value for family in FILTERED_FAMILIES}
 
 
-def without_crumbs(strokes: Sequence[Stroke], shortest: float, apart: float) -> tuple[Stroke, ...]:
+def without_crumbs(
+    strokes: Sequence[Stroke], shortest: float, apart: float, outline: Callable[[Sequence[Stroke]], Mask]
+) -> tuple[Stroke, ...]:
     """Strokes without those that are short and carry nothing.
 
     Strokes that end in one point count together, by their ink: lengths weighted with opacities. Of lines of curvature,
-    all short ones go; of contours, boundaries and creases, those that touch no longer stroke. Closed strokes stay.
+    all short ones go; of contours, boundaries and creases, those that touch no longer stroke. Closed strokes and the
+    outline stay.
 
     Args:
         strokes: Joined ones.
         shortest: Pixels of ink that are enough.
         apart: Pixels from its ends to the next longer stroke for a stroke to touch none.
+        outline: Which of some strokes are part of the outline; asked of those in doubt.
     """
     if not strokes:
         return ()
@@ -43,6 +47,8 @@ def without_crumbs(strokes: Sequence[Stroke], shortest: float, apart: float) -> 
     if len(small):
         longer = [stroke for stroke, is_large in zip(strokes, large.tolist(), strict=True) if is_large]
         kept[small] = _touching(packed.ends[small], longer, apart)
+        small = small[~kept[small]]
+        kept[small] = outline([strokes[number] for number in small.tolist()])
     return tuple(stroke for stroke, stays in zip(strokes, kept.tolist(), strict=True) if stays)
 
 

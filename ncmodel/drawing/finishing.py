@@ -7,14 +7,17 @@ what carries nothing.
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from ncmodel.drawing.crumbs import without_crumbs
+from ncmodel.drawing.importance import on_outline
 from ncmodel.drawing.joining import join
 from ncmodel.drawing.overlapping_strokes import drop_accompanying
 from ncmodel.drawing.zigzags import straightened
 from ncmodel.export.page import page_scale
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed
-from ncmodel.types import Stroke
+from ncmodel.types import Floats, Mask, Stroke
 
 ASIDE = 3.0
 """Lines nearer to each other than this run along each other: between lines of the usual width no white would be left.
@@ -35,4 +38,11 @@ def finish(strokes: Sequence[Stroke], view: View, crumb: float = 0.0) -> tuple[S
     scale = page_scale(camera.width, camera.height)
     with timed(view.trace, "finish"):
         joined = join(drop_accompanying(straightened(strokes, scale), ASIDE * scale), GAP * scale, view)
-        return without_crumbs(joined, crumb * min(camera.width, camera.height), ASIDE * scale) if crumb else joined
+        if not crumb:
+            return joined
+
+        def beyond(pixels: Floats) -> Mask:
+            return np.asarray(view.surface.scene.first_hit(view.eye, camera.rays(pixels))[1] < 0)
+
+        shortest = crumb * min(camera.width, camera.height)
+        return without_crumbs(joined, shortest, ASIDE * scale, lambda some: on_outline(some, beyond, scale))

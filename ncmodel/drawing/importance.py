@@ -69,13 +69,23 @@ def without_short(strokes: Sequence[Stroke], shortest: float, beyond: Beyond, sc
         scale: Pixels per pixel at 768.
     """
     doubtful = [number for number, stroke in enumerate(strokes) if _length(stroke) < shortest * scale]
-    places = _places([strokes[number] for number in doubtful], beyond, scale)
-    dropped = {
-        number
-        for number, at in zip(doubtful, places, strict=True)
-        if strokes[number].family in _BESIDE_OUTLINES or not at.outline.mean() > 0.5
-    }
+    outline = on_outline([strokes[number] for number in doubtful], beyond, scale)
+    dropped = {number for number, is_outline in zip(doubtful, outline.tolist(), strict=True) if not is_outline}
     return tuple(stroke for number, stroke in enumerate(strokes) if number not in dropped)
+
+
+def on_outline(strokes: Sequence[Stroke], beyond: Beyond, scale: float) -> Mask:
+    """(C,) which strokes are outline for the greater part.
+
+    Args:
+        strokes: Of any families.
+        beyond: Where the background is.
+        scale: Pixels per pixel at 768.
+    """
+    places = _places(strokes, beyond, scale)
+    outline = [float(at.outline.mean()) > 0.5 for at in places]
+    families = [stroke.family not in _BESIDE_OUTLINES for stroke in strokes]
+    return np.array(outline, dtype=np.bool_) & np.array(families, dtype=np.bool_)
 
 
 @dataclass(frozen=True, eq=False)

@@ -103,17 +103,15 @@ def _without_retraced(strokes: Sequence[Stroke], order: Ints, whole: int, rule: 
     pieces: list[list[Stroke]] = [[stroke] for stroke in strokes]
     for rank in np.flatnonzero(np.maximum.reduceat(along, fine.first[:-1]) >= 0).tolist():
         index, part = order[rank], slice(fine.first[rank], fine.first[rank + 1])
-        kept = along[part] < 0
+        kept = along[part] == _STAYS
         edges = np.flatnonzero(np.diff(np.concatenate([[False], kept, [False]]).astype(np.int8)))
-        spans = [
-            (a, b)
-            for a, b in (part.start + edges).reshape(-1, 2).tolist()
-            if b - a > rule.crumb or _bridges(part, (a, b), along, fine.first)
-        ]
+        spans = (part.start + edges).reshape(-1, 2).tolist()
         pieces[index] = [_piece(strokes[index], fine, part, span, along, rule.lead) for span in spans]
     return tuple(piece for some in pieces for piece in some)
 
 
+_STAYS, _CRUMB = -1, -2
+"""What becomes of points that run along no stroke."""
 _ROW = 1 << 32
 """Larger than any square's row, for one number for column and row."""
 
@@ -153,15 +151,6 @@ class _Samples:
     first: Ints
 
 
-def _bridges(part: slice, span: tuple[int, int], along: Ints, first: Ints) -> bool:
-    """Whether the part of a stroke between two samples goes on from where one line ends to where another one begins."""
-    if span[0] == part.start or span[1] == part.stop:
-        return False
-    left, other = int(along[span[0] - 1]), int(along[span[1]])
-    same = np.searchsorted(first, left, side="right") == np.searchsorted(first, other, side="right")
-    return not (same and abs(left - other) <= 2 * (span[1] - span[0] + 2))
-
-
 def _piece(stroke: Stroke, fine: _Samples, part: slice, span: tuple[int, int], along: Ints, lead: int) -> Stroke:
     """The part of a stroke between two samples, with one point more at each side: it meets what it ran along."""
     begin, end = max(span[0] - 1, part.start), min(span[1] + 1, part.stop)
@@ -199,7 +188,9 @@ def _sampled(strokes: Sequence[Stroke], spacing: float) -> _Samples:
 def _retraced(
     points: Floats, along: Floats, alpha: Floats, first: Ints, squares: _Squares, whole: int, rule: _Rule
 ) -> Ints:
-    """(N,) for the points on stretches that run along earlier strokes, a point that they pass; -1 for all others.
+    """(N,) for points on stretches that run along earlier strokes, a point that they pass; else `_STAYS` or `_CRUMB`.
+
+    What goes is no reason for another one to go: of every two lines, one is drawn.
 
     Args:
         points: (N, 2) pixels, stroke after stroke.
@@ -210,7 +201,7 @@ def _retraced(
         whole: How many of the first strokes stay as they are.
         rule: When strokes run along each other.
     """
-    found = np.full(len(points), -1)
+    found = np.full(len(points), _STAYS)
     for c in range(whole, len(first) - 1):
         begin, end = first[c], first[c + 1]
         for i in range(begin, end):
@@ -222,9 +213,27 @@ def _retraced(
                     length += math.hypot(points[i, 0] - points[i - 1, 0], points[i, 1] - points[i - 1, 1])
                 continue
             if length < rule.shortest_run and i - start < end - begin:
-                found[start:i] = -1
+                found[start:i] = _STAYS
             start, length = i + 1, 0.0
+        start = begin
+        for i in range(begin, end + 1):
+            if i < end and found[i] == _STAYS:
+                continue
+            short = 0 < i - start <= rule.crumb and i - start < end - begin
+            if short and not _needed(found, first, c, start, i):
+                found[start:i] = _CRUMB
+            start = i + 1
     return found
+
+
+@kernel
+def _needed(found: Ints, first: Ints, c: int, start: int, stop: int) -> bool:
+    """Whether a short part of stroke c goes on from where one line ends to where another one begins."""
+    if start == first[c] or stop == first[c + 1]:
+        return False
+    left, other = found[start - 1], found[stop]
+    same = np.searchsorted(first, left, side="right") == np.searchsorted(first, other, side="right")
+    return not (same and abs(left - other) <= 2 * (stop - start + 2))
 
 
 @kernel
@@ -239,7 +248,7 @@ def _accompanied(
         while n < len(keys) and keys[n] <= column * _ROW + top + 1:
             j = sorting[n]
             n += 1
-            if j >= begin or found[j] >= 0 or alpha[j] < alpha[i] - rule.fainter:
+            if j >= begin or found[j] != _STAYS or alpha[j] < alpha[i] - rule.fainter:
                 continue
             if abs(along[i, 0] * along[j, 0] + along[i, 1] * along[j, 1]) < rule.parallel:
                 continue

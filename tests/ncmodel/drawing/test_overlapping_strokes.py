@@ -135,6 +135,14 @@ def test_what_closes_a_gap_in_stronger_lines_stays_and_a_bulge_beside_one_goes(g
     assert drop_accompanying([whole, bulge], 3.0) == (whole,)
 
 
+def test_what_is_taken_away_takes_nothing_away() -> None:
+    trunk = stroke((0, 0), (100, 0), family="contours")
+    leaving = stroke((10, 1), (92, 1), (97, 6), family="boundaries")  # its last bit goes
+    beside = stroke((94, 4), (101, 11), family="creases")
+    kept = drop_accompanying([trunk, leaving, beside], 3.0)
+    assert kept == (trunk, beside)
+
+
 def test_nothing_is_no_trouble() -> None:
     assert drop_overlapping([], 0.25) == ()
     assert drop_overlapping([LONG], 0.25) == (LONG,)
