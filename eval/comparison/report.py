@@ -96,6 +96,7 @@ class Outcome:
         return {
             "methods": methods,
             "differences": tables.json_rows(self.differences),
+            "verdicts": [tables.verdict(self.differences, row) for row in self.learned],
             "way": {row: asdict(tables.way(self.comparison, row, self.baseline)) for row in self.learned},
             "baseline": self.baseline,
             "rankers": {label or "model": report.to_record() for label, report in self.rankers.items()},
@@ -115,7 +116,7 @@ class Outcome:
 
     def to_text(self) -> str:
         """The table of methods and how modules rank, for a terminal."""
-        lines = [comparison_text(self.comparison)]
+        lines = [comparison_text(self.comparison), *(tables.verdict(self.differences, row) for row in self.learned)]
         for label, report in self.rankers.items():
             lines.append(": ".join([label or "Ranking module", "; ".join(f"{k} {v}" for k, v in _judge(report))]))
         return "\n".join(lines)
@@ -163,6 +164,7 @@ class Outcome:
         blocks.append(_difference_table(self.differences[apart]))
         if not apart.all():
             blocks.append(Fold("Models against every other row", [_difference_table(self.differences[~apart])]))
+        blocks += [Text(tables.verdict(self.differences, row)) for row in self.learned]
         ways = {row: tables.way(self.comparison, row, self.baseline) for row in self.learned}
         facts = [
             (row, f"{way.value:.0%} ({way.interval.low:.0%} to {way.interval.high:.0%})")
@@ -235,7 +237,8 @@ def _judge(report: RankerReport) -> list[tuple[str, str]]:
     facts = []
     if (accuracy := report.accuracy) is not None:
         low, high = (100 * end for end in (accuracy.bootstrap.low, accuracy.bootstrap.high))
-        share = f"{100 * accuracy.accuracy:.1f} % ({low:.1f} to {high:.1f})"
+        between = f" ({low:.1f} to {high:.1f})" if accuracy.shapes > 1 else ""
+        share = f"{100 * accuracy.accuracy:.1f} %{between}"
         facts.append(("pairs in the right order", f"{share}, {accuracy.pairs} pairs of {accuracy.shapes} shapes"))
     correlation = report.correlation
     if correlation.value is not None and correlation.interval is not None:
@@ -270,7 +273,7 @@ def _difference_table(differences: pd.DataFrame) -> Table:
     for row in differences.to_dict("records"):
         text, low, high = (f"{100 * row[key]:+.1f}" for key in ("difference", "low", "high"))
         wins = Cell(f"{row['wins']} of {row['shapes']}", row["wins"] / row["shapes"])
-        shown = Cell(text, row["difference"], row["clear"], f"{low} to {high}")
+        shown = Cell(text, row["difference"], row["clear"], f"{low} to {high}" if row["shapes"] > 1 else "")
         rows.append([row["method"], row["against"], shown, wins])
     caption = "Paired by drawing; bold where the 95 % interval over shapes leaves out 0."
     return Table(["Method", "against", "Difference in F1", "Shapes won"], rows, caption)

@@ -99,7 +99,8 @@ def methods_frame(comparison: Comparison) -> pd.DataFrame:
 def differences_frame(comparison: Comparison, baseline: str) -> pd.DataFrame:
     """Paired differences in F1: of every row from the baseline's, and of models' rows from all other methods'.
 
-    Columns: method, against, difference, low, high, clear (the interval leaves out 0), wins, shapes.
+    Columns: method, against, difference, low, high, clear (the interval leaves out 0; never with one shape alone, which
+    has none), wins, shapes.
     """
     rows = list(comparison.evaluations)
     wanted = [(row, baseline) for row in rows if row != baseline]
@@ -115,12 +116,23 @@ def differences_frame(comparison: Comparison, baseline: str) -> pd.DataFrame:
                 "difference": difference.value,
                 "low": low,
                 "high": high,
-                "clear": difference.clear,
+                "clear": difference.clear and difference.shapes > 1,
                 "wins": difference.wins,
                 "shapes": difference.shapes,
             }
         )
     return pd.DataFrame(found)
+
+
+def verdict(differences: pd.DataFrame, row: str) -> str:
+    """A sentence: which methods a row is ahead of in F1, which are ahead of it, and which can't be told from it."""
+    mine = [found for found in json_rows(differences) if found["method"] == row and not is_oracle(found["against"])]
+    kinds = {
+        "ahead of": [found["against"] for found in mine if found["clear"] and found["difference"] > 0],
+        "behind": [found["against"] for found in mine if found["clear"] and found["difference"] < 0],
+        "not told from": [found["against"] for found in mine if not found["clear"]],
+    }
+    return f"{row} is " + "; ".join(f"{kind} {', '.join(rows)}" for kind, rows in kinds.items() if rows) + "."
 
 
 def way(comparison: Comparison, row: str, baseline: str) -> Way:

@@ -49,8 +49,11 @@ def intersections(vertices: Floats, faces: Indices, rings: Rings) -> LineSet:
         shell = components(faces, len(vertices))[faces[pairs, 0]]
         kept = _are_lines(points, cosine <= math.cos(STRONG_ANGLE), shell[:, 0] == shell[:, 1], ROUGH_LENGTH * size)
         pairs, points = pairs[kept], points[kept]
-    ones = np.ones((len(pairs), 2))
-    return LineSet(LineFamily.INTERSECTIONS, points, pairs[:, 0], ones, ones)
+    # Of both faces the one farther along x, so that it doesn't depend on how faces are numbered.
+    ahead = np.argmax(vertices[faces[pairs], 0].sum(axis=2), axis=1)
+    face = pairs[np.arange(len(pairs)), ahead]
+    order, ones = np.argsort(face, kind="stable"), np.ones((len(pairs), 2))
+    return LineSet(LineFamily.INTERSECTIONS, points[order], face[order], ones, ones)
 
 
 def _are_lines(points: Floats, strong: Mask, within: Mask, rough: float) -> Mask:

@@ -21,7 +21,13 @@ RECORD = "preference"
 
 
 def preference_of(checkpoint: Checkpoint) -> Preference | None:
-    """What the checkpoint knows of people's preferences; None if it was never calibrated."""
+    """What the checkpoint knows of people's preferences; None if no held-out votes were at hand.
+
+    A model that counts ink says log-odds: how much each of its voices counts was fitted to held-out votes.
+    """
+    if checkpoint.statistics is not None:
+        stages = checkpoint.training.get("stages", {})
+        return Preference(1.0) if stages.get("statistics", {}).get("validation") else None
     record = checkpoint.training.get(RECORD)
     return None if record is None else Preference(float(record["temperature"]))
 
@@ -32,7 +38,7 @@ def calibrate_file(path: str | Path, data: str | Path, pairs: str | Path) -> dic
     Returns:
         What is kept: `temperature`, `error` (expected calibration error on shapes that the temperature wasn't fitted
         to), the `bins` of the reliability diagram, and how many `pairs` and `shapes` it is of. None without a ranking
-        module or such pairs; the checkpoint then holds nothing.
+        module or such pairs, or where the model says log-odds by itself; the checkpoint then holds nothing.
 
     Raises:
         InputError: A file can't be used.
@@ -40,7 +46,7 @@ def calibrate_file(path: str | Path, data: str | Path, pairs: str | Path) -> dic
     checkpoint = load_checkpoint(path)
     held_out = [pair for pair in read_pairs(pairs) if pair.split == "validation"]
     found = None
-    if checkpoint.ranker is not None and held_out:
+    if checkpoint.ranker is not None and checkpoint.statistics is None and held_out:
         found = calibrate(checkpoint.ranker, DataFolder(data), held_out)
     if checkpoint.training.get(RECORD) != found:
         checkpoint.training.pop(RECORD, None)

@@ -1,26 +1,30 @@
 """Scores of drawings that somebody made of a shape, whoever and however."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import cv2
 import numpy as np
 
 from ncmodel.camera import Camera
 from ncmodel.drawing.drawing import Drawing
+from ncmodel.drawing.settings import Levels, draw_layers
 from ncmodel.errors import InputError, UsageError
 from ncmodel.images import read_grey
 from ncmodel.mesh.load import load_mesh
 from ncmodel.model.calibration import preference_of
 from ncmodel.model.maps import network_maps
 from ncmodel.model.picture_score import PictureScore
+from ncmodel.model.picture_statistics import picture_scores
 from ncmodel.model.predictor import Model, as_seen, load_model
 from ncmodel.model.preference import UNCALIBRATED, Preference
+from ncmodel.nets.checkpoints import Checkpoint
 from ncmodel.scene.orientation import turn_outwards
 from ncmodel.scene.seams import sew_seams
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
-from ncmodel.types import Image, Mesh
+from ncmodel.types import Floats, Image, Mesh
 
 Sheet = Drawing | Image | str | Path
 """A drawing: one of ours, (H, W) ink with 1 = line, or a picture file with dark lines on light paper."""
@@ -34,7 +38,7 @@ PROPORTION = 0.01
 
 @dataclass(frozen=True)
 class DrawingScores:
-    """What the ranking module says of some drawings of a view.
+    """What a model says of some drawings of a view.
 
     Attributes:
         scores: Name -> score; higher is better.
@@ -68,7 +72,7 @@ def score_drawing(
     model: Model | str | Path,
     up: str = "y",
 ) -> float:
-    """How good a drawing of a shape is, by a model's ranking module; higher is better.
+    """How good a drawing of a shape is, by what a model chooses by; higher is better.
 
     Args:
         shape: A mesh file, a mesh in object space, or a surface, which is taken as it is.
@@ -80,7 +84,7 @@ def score_drawing(
 
     Raises:
         InputError: A file can't be read, or a drawing isn't lines on paper in the camera's frame.
-        UsageError: The model has no ranking module.
+        UsageError: The model ranks nothing.
     """
     return score_drawings(shape, {"drawing": drawing}, camera, model, up).scores["drawing"]
 
@@ -106,15 +110,29 @@ def score_drawings(
         UsageError: Likewise.
     """
     judge = model if isinstance(model, Model) else load_model(model)
-    if judge.checkpoint.ranker is None:
-        raise UsageError("this model has no ranking module; expected one that was trained with the stage `ranker`")
+    checkpoint = judge.checkpoint
+    if checkpoint.ranker is None and checkpoint.statistics is None:
+        raise UsageError("this model ranks nothing; expected one with a ranking module or a ranker on numbers")
     seen_from = camera if isinstance(camera, Camera) else Camera.load(camera)
     inks = [_ink(name, drawing, seen_from) for name, drawing in drawings.items()]
     view = as_seen(View(_surface(shape, seen_from, up), seen_from))
-    scores = PictureScore(judge.checkpoint.ranker, network_maps(view)).scores(inks)
-    known = preference_of(judge.checkpoint)
-    found = dict(zip(drawings, scores.tolist(), strict=True))
+    found = dict(zip(drawings, _scores(checkpoint, view, inks).tolist(), strict=True))
+    known = preference_of(checkpoint)
     return DrawingScores(found, known or Preference(UNCALIBRATED), known is not None)
+
+
+def _scores(checkpoint: Checkpoint, view: View, inks: Sequence[Image]) -> Floats:
+    """(N,) scores of pictures by all that a model goes by when it chooses."""
+    maps = network_maps(view)
+    looked_at = None if checkpoint.ranker is None else PictureScore(checkpoint.ranker, maps).scores(inks)
+    counting = checkpoint.statistics
+    if counting is None:
+        assert looked_at is not None
+        return looked_at
+    size = view.camera.width, view.camera.height
+    fitting = [np.asarray(cv2.resize(ink, size, interpolation=cv2.INTER_AREA), dtype=np.float32) for ink in inks]
+    counted = picture_scores(fitting, draw_layers(view, Levels()), maps, counting)
+    return counted if looked_at is None else counted + counting.mix[2].item() * looked_at
 
 
 def _ink(name: str, drawing: Sheet, camera: Camera) -> Image:

@@ -16,6 +16,7 @@ from ncmodel.data.item import Item
 from tests.helpers.commands import complaint, printed
 from tests.helpers.comparisons import HELD_OUT, TRAINED_ON, compare, make_folder
 
+ALL = "contours,boundaries,suggestive,ridges,valleys,apparent"
 VIEWS = [f"{HELD_OUT}_{view}" for view in (0, 1)]
 
 pytestmark = pytest.mark.usefixtures("one_thread")
@@ -67,8 +68,8 @@ def test_nothing_is_better_than_the_best_of_what_it_is_among(outcome: Outcome) -
     ("row", "options"),
     [
         ("draw", []),
-        ("contours", ["--lines", "contours,boundaries"]),
-        ("all-rtsc", ["--lines", "contours,boundaries,suggestive,ridges,valleys,apparent"]),
+        ("SC-rtsc", ["--lines", "contours,boundaries,suggestive", "--thresholds", "suggestive=0.01"]),
+        ("all-rtsc", ["--lines", ALL, "--thresholds", "suggestive=0.01,ridges=0.1,valleys=0.1,apparent=0.1"]),
         ("NCs", ["--model", "{root}/model.safetensors", "--preset", "draft"]),
     ],
 )

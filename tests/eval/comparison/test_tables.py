@@ -80,6 +80,22 @@ def test_differences_are_paired(scores: pd.DataFrame) -> None:
     assert best["low"] > 0.0
 
 
+def test_one_shape_alone_tells_nothing_apart() -> None:
+    comparison = tables.comparison_of(tables.scores_frame([record("cow", "0", rows(0.2, 0.8, 0.9))]), SETTINGS)
+    assert not tables.differences_frame(comparison, "all-grid")["clear"].any()
+
+
+def test_a_sentence_says_which_methods_a_model_is_ahead_of() -> None:
+    values = {"contours": 0.3, "all-rtsc": 0.62, "all-grid": 0.61, "NCs": 0.6, "draw": 0.9, BEST_OF_ALL: 0.95}
+    records = [
+        record(shape, "0", {row: f1 + (wobble if row == "NCs" else 0.0) for row, f1 in values.items()})
+        for shape, wobble in (("cow", 0.1), ("fox", -0.1), ("owl", 0.05))
+    ]
+    found = tables.differences_frame(tables.comparison_of(tables.scores_frame(records), SETTINGS), "all-grid")
+    expected = "NCs is ahead of contours; behind draw; not told from all-grid, all-rtsc."
+    assert tables.verdict(found, "NCs") == expected
+
+
 def test_models_are_set_against_every_method_but_no_oracle() -> None:
     values = {"all-rtsc": 0.5, "all-grid": 0.5, "NCs@a": 0.6, "NCs@b": 0.6, BEST_OF_ALL: 0.9}
     comparison = tables.comparison_of(tables.scores_frame([record("cow", "0", values)]), SETTINGS)

@@ -99,5 +99,5 @@ def test_what_is_no_drawing_of_the_view_is_refused(model: Model, drawings: dict[
             score_drawing(MESH, tmp_path / f"{name}.png", CAMERA, model)
     with pytest.raises(InputError, match=r"drawing: an array of shape \(768, 1024, 3\); expected \(H, W\) ink"):
         score_drawing(MESH, np.zeros((768, 1024, 3), np.float32), CAMERA, model)
-    with pytest.raises(UsageError, match="no ranking module"):
+    with pytest.raises(UsageError, match="ranks nothing"):
         score_drawing(MESH, ink, CAMERA, Model(Checkpoint(MICRO)))
