@@ -133,7 +133,7 @@ def test_every_package_and_template_is_installed() -> None:
         path.parent for path in modules.values() if path.name == "__init__.py"
     }
     named = (*CHAIN, TEMPLATES)
-    kinds = {".j2", ".css", ".js", ".typed", ".pyi"}
+    kinds = {".j2", ".css", ".js", ".typed", ".pyi", ".safetensors", ".md"}
     data = {path for name in named for path in (ROOT / name).rglob("*") if path.suffix in kinds}
     assert data >= {ROOT / name / "py.typed" for name in named}, "type checkers are told that packages are typed"
     listed = {

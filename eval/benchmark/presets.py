@@ -70,8 +70,10 @@ def measure_presets(
         model: Chooses what is drawn; all families at rtsc's thresholds without one.
     """
     found: list[Effort] = []
+    counts = model is not None and model.checkpoint.statistics is not None
+    presets = [preset for preset in PRESETS if preset != "instant" or counts]  # without numbers it is a draft, or none
     for mesh in meshes:
-        runs = {preset: _fastest(mesh, preset, model) for preset in PRESETS}
+        runs = {preset: _fastest(mesh, preset, model) for preset in presets}
         best, goal = _lines(runs[BEST][0]), runs[BEST][0].plan.score or 0.0
         for preset, (drawing, seconds) in runs.items():
             near = compare_lines(_lines(drawing), best, NEAR)

@@ -17,11 +17,11 @@ from dataset_tools.candidates.viewpoints import camera_at, choose_azimuths
 from dataset_tools.collection.families import make_shape
 from dataset_tools.simulation.artists import Artist, crowd_artists
 from dataset_tools.simulation.participants import COMPARED_SIDE, distances_between
+from ncmodel.arrays import read_arrays
 from ncmodel.camera import DEFAULT_SIZE
 from ncmodel.chamfer import chamfer_matrix
 from ncmodel.data.item import Item
 from ncmodel.drawing.settings import LayeredDrawings, Levels, draw_layers
-from ncmodel.errors import InputError
 from ncmodel.files import write_bytes
 from ncmodel.mesh.load import load_mesh, make_mesh
 from ncmodel.model.statistics import Statistics, statistics
@@ -65,14 +65,10 @@ class MeasuredView:
         Raises:
             InputError: It is something else.
         """
-        try:
-            with np.load(path) as file:
-                parts = {key: file[key] for key in ("drawings", "view", "distances", "shown")}
-            item = Item.named(path.stem)
-        except (OSError, ValueError, KeyError) as error:
-            raise InputError(path, f"can't be read ({type(error).__name__})", "a measured view") from error
-        numbers = Statistics(parts["drawings"], Levels().members, parts["view"])
-        return MeasuredView(item, numbers, parts["distances"], parts["shown"])
+        drawings, view, distances, shown = read_arrays(
+            path, ("drawings", "view", "distances", "shown"), "a measured view"
+        )
+        return MeasuredView(Item.named(path.stem), Statistics(drawings, Levels().members, view), distances, shown)
 
 
 @dataclass(frozen=True)

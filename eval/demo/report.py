@@ -46,12 +46,12 @@ class Outcome:
 
     Attributes:
         comparison: Every method against the simulated artists.
-        accuracy: Of the ranking module on held-out pairs.
+        accuracy: Of the ranking module on held-out pairs; None where voters agreed on no held-out view.
         model: What the model chose on each held-out view, as `draw_held_out` wrote it.
     """
 
     comparison: Comparison
-    accuracy: PairAccuracy
+    accuracy: PairAccuracy | None
     model: dict[str, Any]
 
 
@@ -75,7 +75,9 @@ def _ink(path: Path) -> Any:
     return 1.0 - read_grey(path)
 
 
-def _pair_accuracy(pairs: Sequence[dict[str, Any]]) -> PairAccuracy:
+def _pair_accuracy(pairs: Sequence[dict[str, Any]]) -> PairAccuracy | None:
+    if not pairs:
+        return None
     from eval.measures.bootstrap import pair_accuracy
 
     better, worse = ([pair[key] for pair in pairs] for key in ("better_score", "worse_score"))
@@ -113,7 +115,7 @@ def _summary(out: Path, outcome: Outcome, stages: Sequence[tuple[Stage, StageRun
         "views": len(items),
         "held_out": sorted(dict.fromkeys(comparison.shapes)),
         "votes": votes,
-        "pair_accuracy": asdict(outcome.accuracy),
+        "pair_accuracy": None if outcome.accuracy is None else asdict(outcome.accuracy),
         "methods": {method: asdict(comparison.mean(method)) for method in comparison.evaluations},
         "table": comparison_text(comparison),
         "nc_geometry_minus_fixed_f1": {
@@ -125,18 +127,24 @@ def _summary(out: Path, outcome: Outcome, stages: Sequence[tuple[Stage, StageRun
 
 def summary_text(summary: dict[str, Any]) -> str:
     """The summary for a terminal."""
-    accuracy = summary["pair_accuracy"]
-    low, high = (100 * accuracy["bootstrap"][end] for end in ("low", "high"))
     return "\n".join(
         [
             f"{summary['shapes']} shapes, {summary['views']} views; held out: {', '.join(summary['held_out'])}",
-            f"Held-out pairs in the right order: {100 * accuracy['accuracy']:.1f} % "
-            f"({low:.1f} to {high:.1f}, {accuracy['pairs']} pairs of {accuracy['shapes']} shapes)",
+            f"Held-out pairs in the right order: {_order(summary['pair_accuracy'])}",
             "Held-out drawings against simulated artists (* best):",
             summary["table"],
             f"All participants are simulated. {summary['total_seconds']:.0f} s in all. Report: {summary['report']}",
         ]
     )
+
+
+def _order(accuracy: dict[str, Any] | None) -> str:
+    """How many pairs the ranking module orders rightly, of how many."""
+    if accuracy is None:
+        return "there are none: voters agreed on no held-out view"
+    low, high = (100 * accuracy["bootstrap"][end] for end in ("low", "high"))
+    share = f"{100 * accuracy['accuracy']:.1f} % ({low:.1f} to {high:.1f}"
+    return f"{share}, {accuracy['pairs']} pairs of {accuracy['shapes']} shapes)"
 
 
 def _lead(summary: dict[str, Any]) -> str:
@@ -149,12 +157,10 @@ def _lead(summary: dict[str, Any]) -> str:
 
 
 def _result(outcome: Outcome, summary: dict[str, Any]) -> list[Block]:
-    accuracy, votes = outcome.accuracy, summary["votes"]
-    low, high = 100 * accuracy.bootstrap.low, 100 * accuracy.bootstrap.high
-    share = f"{100 * accuracy.accuracy:.1f} % ({low:.1f} to {high:.1f})"
+    votes, order = summary["votes"], _order(summary["pair_accuracy"])
     chosen = outcome.model["views"].values()
     facts = [
-        ("Held-out pairs that the ranking module orders rightly", f"{share}; {accuracy.pairs} pairs, chance is 50 %"),
+        ("Held-out pairs that the ranking module orders rightly", f"{order}; chance is 50 %"),
         ("Simulated participants", f"{votes['participants']}, of whom {votes['reliable']} reliable by the sentinels"),
         ("Items with a consensus", f"{votes['accepted']} of {votes['items']}"),
         (

@@ -19,6 +19,8 @@ from ncmodel.types import Floats, Ints, LineFamily, Mask, Stroke
 
 SPACING = 1.0
 """Pixels between the points at which strokes are compared, at most."""
+TOUCHING = 1.0
+"""Pixels from the end of a stroke to a line that it ends on, at most."""
 _CLAIMS = (
     (LineFamily.CONTOURS,),
     (LineFamily.BOUNDARIES,),
@@ -107,7 +109,44 @@ def _without_retraced(strokes: Sequence[Stroke], order: Ints, whole: int, rule: 
         edges = np.flatnonzero(np.diff(np.concatenate([[False], kept, [False]]).astype(np.int8)))
         spans = (part.start + edges).reshape(-1, 2).tolist()
         pieces[index] = [_piece(strokes[index], fine, part, span, along, rule.lead) for span in spans]
-    return tuple(piece for some in pieces for piece in some)
+    left = tuple(piece for some in pieces for piece in some)
+    return _reaching(left, fine.points, along) if rule.lead else left
+
+
+def _reaching(strokes: tuple[Stroke, ...], points: Floats, along: Ints) -> tuple[Stroke, ...]:
+    """Strokes that go on to the line that stays, where they ended on one that was taken away.
+
+    Args:
+        strokes: What is left.
+        points: (N, 2) samples of all that there was.
+        along: (N,) as `_retraced` gives it.
+    """
+    from scipy.spatial import cKDTree
+
+    gone = np.flatnonzero(along >= 0)
+    if len(gone) == 0 or len(strokes) == 0:
+        return strokes
+    packed = Packed.of(strokes)
+    ends = packed.ends.reshape(-1, 2)
+    distance, place = cKDTree(points[gone]).query(ends, distance_upper_bound=TOUCHING)
+    near = np.flatnonzero(np.isfinite(distance))
+    target = np.zeros_like(ends)
+    target[near] = points[along[gone[place[near]]]]
+    loose = near[np.linalg.norm(target - ends, axis=1)[near] > 1.5 * TOUCHING]
+    loose = loose[~packed.meet_another(loose, TOUCHING)]
+    found = list(strokes)
+    for end in loose.tolist():
+        stroke = found[end // 2]
+        found[end // 2] = _extended(stroke, target[end], 0 if end % 2 == 0 else len(stroke.points))
+    return tuple(found)
+
+
+def _extended(stroke: Stroke, point: Floats, place: int) -> Stroke:
+    """A stroke with one point more at an end, in the shade that it has there."""
+    source = max(place - 1, 0)
+    depth = None if stroke.depth is None else np.insert(stroke.depth, place, stroke.depth[source])
+    alpha = np.insert(stroke.alpha, place, stroke.alpha[source])
+    return Stroke(stroke.family, np.insert(stroke.points, place, point, axis=0), alpha, depth)
 
 
 _STAYS, _CRUMB = -1, -2

@@ -1,5 +1,6 @@
 """Many strokes in a few arrays: what is asked of each of thousands is asked of all at once."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -7,7 +8,8 @@ from typing import Self
 
 import numpy as np
 
-from ncmodel.types import Floats, Ints, Stroke
+from ncmodel.jit import kernel
+from ncmodel.types import Floats, Ints, Mask, Stroke
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,3 +63,25 @@ class Packed:
     def ends(self) -> Floats:
         """(C, 2, 2) the first and the last point of each."""
         return np.stack([self.points[self.first[:-1]], self.points[self.first[1:] - 1]], axis=1)
+
+    def meet_another(self, ends: Ints, pixels: float) -> Mask:
+        """(n,) which ends, 2c for the first point of stroke c and 2c + 1 for its last one, lie on another stroke."""
+        return np.asarray(_met(self.ends.reshape(-1, 2), ends, self.points, self.steps, self.first, pixels))
+
+
+@kernel
+def _met(ends: Floats, chosen: Ints, points: Floats, steps: Floats, first: Ints, pixels: float) -> Mask:
+    """(n,) which of the chosen ones of the (2C, 2) ends of strokes are within some pixels of another stroke."""
+    found = np.zeros(len(chosen), np.bool_)
+    for k in range(len(chosen)):
+        own = chosen[k] // 2
+        u, v = ends[chosen[k], 0], ends[chosen[k], 1]
+        for n in range(1, len(points)):
+            if steps[n] > 0.0 and (n < first[own] or n >= first[own + 1]):
+                dx, dy = points[n, 0] - points[n - 1, 0], points[n, 1] - points[n - 1, 1]
+                x, y = u - points[n - 1, 0], v - points[n - 1, 1]
+                share = min(max((x * dx + y * dy) / (steps[n] * steps[n]), 0.0), 1.0)
+                if math.hypot(x - share * dx, y - share * dy) <= pixels:
+                    found[k] = True
+                    break
+    return found

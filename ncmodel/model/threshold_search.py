@@ -70,7 +70,6 @@ class Budget:
 
 
 BUDGETS = {
-    "instant": Budget((0.3,), full_grid=False, climbs=0, iterations=0),
     "draft": Budget((0.6, 0.3, 0.0), full_grid=False, climbs=1, iterations=4, rough_grid=True, shortlist=4),
     "balanced": Budget(
         (0.6, 0.3, 0.0), full_grid=True, climbs=3, iterations=12, rough_grid=True, mirrored=True, shortlist=16

@@ -11,6 +11,7 @@ import torch
 from scipy.optimize import minimize
 from torch import Tensor, nn
 
+from ncmodel.arrays import read_arrays
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import DRAWINGS, Item
 from ncmodel.data.pairs import Pair
@@ -92,14 +93,12 @@ def _layer_masks(folder: Path, levels: Levels) -> Mask:
     missing = next((layers for layers in single if layers not in found), None)
     if missing or found[: len(levels.settings)] != [setting.layers for setting in levels.settings]:
         raise InputError(path, "other candidates", expected)
-    try:
-        with np.load(folder / "candidates.npz") as file:
-            width = int(file["shape"][2])
-            ink = file["ink"][[found.index(layers) for layers in single]]
-    except (OSError, ValueError, KeyError, IndexError) as error:
-        what = f"can't be read ({type(error).__name__})"
-        raise InputError(folder / "candidates.npz", what, "what `ncontours dataset build` wrote") from error
-    return np.unpackbits(ink, axis=-1, count=width).astype(np.bool_)
+    archive, wrote = folder / "candidates.npz", "what `ncontours dataset build` wrote"
+    ink, shape = read_arrays(archive, ("ink", "shape"), wrote)
+    if shape.shape != (3,) or ink.dtype != np.uint8 or ink.shape != (len(found), shape[1], -(-shape[2] // 8)):
+        raise InputError(archive, f"ink of shape {ink.shape} for {len(found)} candidates", wrote)
+    chosen, width = ink[[found.index(layers) for layers in single]], int(shape[2])
+    return np.unpackbits(chosen, axis=-1, count=width).astype(np.bool_)
 
 
 def _medoids(path: Path) -> Ints:

@@ -128,7 +128,7 @@ def ranker() -> Model:
 def test_a_model_s_drawings_are_compared_with_its_most_thorough_one(
     ranker: Model, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for number, preset in enumerate(PRESETS):
+    for number, preset in enumerate(BUDGETS):
         short = replace(BUDGETS[preset], shares=(0.5, 0.0), full_grid=number > 0, climbs=1, iterations=1 + number)
         monkeypatch.setitem(BUDGETS, preset, short)
     efforts = measure_presets([bumpy_torus(2_000)], lambda note: None, ranker)

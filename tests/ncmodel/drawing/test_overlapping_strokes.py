@@ -123,6 +123,20 @@ def test_a_line_that_leaves_another_one_starts_on_it() -> None:
     assert turn.max() < 40.0  # and leaves it without a step
 
 
+@pytest.mark.parametrize("turn", [1, -1])
+def test_what_ended_on_a_line_that_went_ends_on_the_one_that_stays(turn: int) -> None:
+    edge, twin = stroke((0, 0), (100, 0), family="contours"), stroke((10, 2.5), (90, 2.5))
+    post, other = stroke(*[(50, 2.5), (50, 60)][::turn]), stroke((70, 30), (70, 60))
+    kept = drop_accompanying([edge, twin, post, other], 3.0)
+    assert kept[0] is edge
+    assert other in kept
+    assert len(kept) == 3
+    reaching = kept[1].points[::turn]
+    assert reaching[0, 1] == 0.0
+    assert 49 < reaching[0, 0] < 52
+    np.testing.assert_array_equal(reaching[1:], post.points[::turn])
+
+
 @pytest.mark.parametrize("gap", [8.0, 14.0])
 def test_what_closes_a_gap_in_stronger_lines_stays_and_a_bulge_beside_one_goes(gap: float) -> None:
     left = stroke((0, 0), (50, 0), family="contours")

@@ -58,6 +58,6 @@ def test_numbers_of_some_drawings_are_rows_of_all() -> None:
 @pytest.mark.parametrize("depth", [1.0, 0.5])
 def test_without_any_ink_numbers_are_finite(depth: float) -> None:
     masks = np.zeros((12, SIDE, SIDE), dtype=np.bool_)
-    found = statistics(masks, MEMBERS, np.full((SIDE, SIDE), depth), np.ones((6, SIDE, SIDE)))
+    found = statistics(masks, MEMBERS, np.full((SIDE, SIDE), depth, np.float32), np.ones((6, SIDE, SIDE), np.float32))
     assert np.isfinite(found.numbers()).all()
     assert not found.drawings[:, 0].any()
