@@ -143,7 +143,7 @@ def test_every_preset_is_compared_with_the_most_accurate_one() -> None:
     notes: list[str] = []
     efforts = measure_presets([mesh], notes.append)
     assert notes == [mesh.name]
-    assert [effort.preset for effort in efforts] == list(PRESETS)
+    assert [effort.preset for effort in efforts] == [preset for preset in PRESETS if preset != "instant"]
     best = efforts[-1]
     assert (best.f1, best.chamfer) == (1.0, 0.0)
     for effort in efforts:

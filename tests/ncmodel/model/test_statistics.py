@@ -36,7 +36,8 @@ def test_reach_and_crumbs_are_means_over_the_ink() -> None:
     masks = np.zeros((12, 100, 100), dtype=np.bool_)
     masks[0, 10, 10:70] = True  # 60 pixels over 60 columns and a row
     masks[0, 50, 50:52] = True  # 2 pixels: a crumb
-    found = statistics(masks, MEMBERS, np.full((100, 100), 0.5), np.zeros((6, 100, 100)))
+    empty = np.zeros((6, 100, 100), np.float32)
+    found = statistics(masks, MEMBERS, np.full((100, 100), 0.5, np.float32), empty)
     reach, crumbs = found.view[11], found.view[23]
     assert reach == pytest.approx((60 * np.hypot(60, 1) + 2 * np.hypot(2, 1)) / 62 / 100)
     assert crumbs == pytest.approx(2 / 62)
