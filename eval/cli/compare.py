@@ -15,7 +15,8 @@ References = Annotated[
     str, typer.Option(help="Folder of references, SHAPE_VIEW.png or SHAPE_VIEW/*.png; or simulated (artists).")
 ]
 Models = Annotated[
-    list[Path] | None, typer.Option("--model", help="Checkpoint; several are set beside each other, by their names.")
+    list[Path] | None,
+    typer.Option("--model", help="Checkpoint, or default; several are told apart by name."),
 ]
 Views = Annotated[
     str, typer.Option(help="Whose views: held-out (shapes that aren't trained on), validation, train or all.")

@@ -18,6 +18,7 @@ from ncmodel.data.item import Item
 from ncmodel.data.pairs import Pair, best_drawings, read_pairs
 from ncmodel.errors import ArgumentError, InputError
 from ncmodel.model.threshold_search import budget_named
+from ncmodel.nets.shipped import checkpoint_path
 from ncmodel.progress import Progress, silent
 
 
@@ -26,7 +27,7 @@ class Options:
     """How to compare.
 
     Attributes:
-        models: Checkpoints; none compares the classic methods alone.
+        models: Checkpoints, or "default" for the one that ships; none compares the classic methods alone.
         references: "simulated", or a folder of people's drawings.
         views: Which shapes' views: "held-out", "validation", "train" or "all".
         baseline: The row that others are compared with.
@@ -83,7 +84,8 @@ def compare_methods(
     """
     data, read = DataFolder(data_dir), read_pairs(pairs)
     data.require(sorted({pair.item for pair in read}), pairs)
-    models = dict(zip(labels(options.models), options.models, strict=True)) if options.models else {}
+    checkpoints = [checkpoint_path(path) for path in options.models]
+    models = dict(zip(labels(checkpoints), checkpoints, strict=True))
     rows = row_names(models_of(tuple(models.items())))
     if options.baseline not in rows:
         raise ArgumentError("baseline", repr(options.baseline), f"one of {', '.join(rows)}")

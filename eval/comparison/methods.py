@@ -148,8 +148,8 @@ def labels(checkpoints: Sequence[Path]) -> list[str]:
     Raises:
         ArgumentError: Two of them can't be told apart.
     """
-    if len(checkpoints) == 1:
-        return [""]
+    if len(checkpoints) < 2:
+        return [""] * len(checkpoints)
     for names in ([path.stem for path in checkpoints], [_with_folder(path) for path in checkpoints]):
         if _all_differ(names):
             return names

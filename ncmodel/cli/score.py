@@ -19,7 +19,7 @@ def score(
         typer.Argument(metavar="DRAWING", help="Pictures with dark lines on light paper, in the camera's frame."),
     ],
     camera: Annotated[Path, typer.Option(help="Camera file (JSON) that the drawings are seen through.")],
-    model: Annotated[str, typer.Option(help="Checkpoint with a ranking module.")] = "default",
+    model: Annotated[str, typer.Option(help="Checkpoint, or default: the one that ships.")] = "default",
     up: Annotated[str, typer.Option(help="The mesh file's upward axis, y or z.")] = "y",
     as_json: Annotated[bool, typer.Option("--json", help="Print scores and probabilities as JSON.")] = False,
 ) -> None:

@@ -98,7 +98,7 @@ class Levels:
     apparent: tuple[float, float, float] = (0.01, 0.1, 1.0)
     ridges_valleys: tuple[float, float, float] = (0.03, 0.1, 0.3)
 
-    @property
+    @cached_property
     def layers(self) -> tuple[Layer, ...]:
         """All layers, in a fixed order: what is always or never filtered, then the filters at rising thresholds."""
         plain = (LineFamily.CONTOURS, LineFamily.CREASES, LineFamily.BOUNDARIES)
@@ -107,13 +107,13 @@ class Levels:
             layers += [Layer(f"{name}@{threshold:g}", families, threshold) for threshold in getattr(self, name)]
         return tuple(layers)
 
-    @property
+    @cached_property
     def settings(self) -> tuple[Setting, ...]:
         """The 256 settings in their fixed order; the last switch, borders, changes fastest."""
         choices = [(*getattr(self, name), None) for name in FILTERS]
         return tuple(Setting(*chosen) for chosen in itertools.product(*choices, (False, True), (False, True)))
 
-    @property
+    @cached_property
     def members(self) -> Mask:
         """(256, 12) which layers each setting consists of."""
         column = {layer.name: number for number, layer in enumerate(self.layers)}
