@@ -199,9 +199,11 @@ def _piece(stroke: Stroke, fine: _Samples, part: slice, span: tuple[int, int], a
     if lead and begin < span[0]:
         place[0] = along[begin]
         own[1 : lead + 1] = False
+        own[lead + 1] = True  # however far its next point is, it strays no longer than the lead
     if lead and end > span[1]:
         place[-1] = along[end - 1]
         own[-1 - lead : -1] = False
+        own[-2 - lead] = True
     depth = None if stroke.depth is None else fine.depth[place[own]]
     return Stroke(stroke.family, fine.points[place[own]], fine.alpha[begin:end][own], depth)
 

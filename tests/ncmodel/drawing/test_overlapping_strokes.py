@@ -157,6 +157,16 @@ def test_what_is_taken_away_takes_nothing_away() -> None:
     assert kept == (trunk, beside)
 
 
+def test_what_is_left_of_a_line_stays_in_its_place() -> None:
+    trunk = stroke((0, 0), (50, 0), family="contours")
+    longer = stroke((10, 2.5), (250, 2.5))  # no point of its own beside the trunk's end
+    twin = stroke((120, 5), (200, 5))  # along the longer one
+    kept = drop_accompanying([trunk, longer, twin], 3.0)
+    assert len(kept) == 2
+    left = kept[1].points
+    np.testing.assert_allclose(np.interp([70.0, 120.0, 200.0], left[:, 0], left[:, 1]), 2.5, atol=1e-9)
+
+
 def test_nothing_is_no_trouble() -> None:
     assert drop_overlapping([], 0.25) == ()
     assert drop_overlapping([LONG], 0.25) == (LONG,)
