@@ -20,7 +20,7 @@ from ncmodel.model.maps import line_maps, network_maps
 from ncmodel.model.ridge_detection import find_ridges, polylines
 from ncmodel.model.score import DrawingScore
 from ncmodel.model.setting_choice import choose_setting
-from ncmodel.model.threshold_search import BUDGETS, Budget, budget_named, optimise
+from ncmodel.model.threshold_search import Budget, budget_named, optimise
 from ncmodel.nets.blocks import threads_for
 from ncmodel.nets.checkpoints import Checkpoint, load_checkpoint
 from ncmodel.nets.presets import BACKGROUND
@@ -34,9 +34,6 @@ Variant = Literal["full", "geometry", "image"]
 SEEN_SIDE = 768
 """Shorter side, pixels, of the pictures that the networks' inputs are averaged from: that of the training views, whose
 lines are as thin. Larger and smaller drawings get the thresholds chosen at this size."""
-
-INSTANT = replace(BUDGETS["draft"], shortlist=0)
-"""The budget of a choice by numbers alone."""
 
 LONGEST_SIDE = 4 * SEEN_SIDE
 """Longer side that such a picture has at most."""
@@ -90,10 +87,8 @@ class Model:
         Raises:
             UsageError: The model lacks a network that the variant needs, or there is no such budget.
         """
-        if budget == "instant":
-            if self.checkpoint.statistics is None:
-                raise ArgumentError("preset", "'instant'", "draft, balanced or accurate: this model doesn't count ink")
-            budget = INSTANT
+        if budget == "instant" and self.checkpoint.statistics is None:
+            raise ArgumentError("preset", "'instant'", "draft, balanced or accurate: this model doesn't count ink")
         budget = budget_named(budget) if isinstance(budget, str) else budget
         variant = variant or self.variants[0]
         if variant not in self.variants:

@@ -81,6 +81,9 @@ BUDGETS = {
 """The search budget of each preset. The shares are like those that the candidates' thresholds leave of real meshes'
 lines: a ranking module judges drawings like those that it was trained on, and all lines of all families aren't."""
 
+INSTANT = replace(BUDGETS["draft"], shortlist=0)
+"""The budget of a choice by numbers alone, for models that count ink."""
+
 
 @dataclass(frozen=True)
 class Trial:
@@ -132,9 +135,10 @@ def budget_named(preset: str) -> Budget:
     Raises:
         UsageError: There is none of that name.
     """
-    if preset not in BUDGETS:
-        raise ArgumentError("preset", repr(preset), f"one of {', '.join(BUDGETS)}")
-    return BUDGETS[preset]
+    known = {"instant": INSTANT, **BUDGETS}
+    if preset not in known:
+        raise ArgumentError("preset", repr(preset), f"one of {', '.join(known)}")
+    return known[preset]
 
 
 def optimise(drawing: ScoredDrawing, budget: Budget) -> Optimum:

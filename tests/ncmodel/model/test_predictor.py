@@ -178,7 +178,7 @@ def test_what_a_model_cannot_do_is_said(bent: Surface) -> None:
     only = Model(Checkpoint(PRESET, ranker=networks().ranker))
     with pytest.raises(UsageError, match="variant: found 'full', expected one of geometry, which this model offers"):
         only.choose(view_of(bent), "full")
-    with pytest.raises(UsageError, match="'fast', expected one of draft, balanced, accurate"):
+    with pytest.raises(UsageError, match="'fast', expected one of instant, draft, balanced, accurate"):
         only.choose(view_of(bent), budget="fast")
     with pytest.raises(UsageError, match="no image branch"):
         only.probability(np.ones((7, 8, 8), np.float32))

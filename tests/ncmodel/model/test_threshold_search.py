@@ -182,5 +182,5 @@ def test_budgets_that_make_no_sense_are_refused(wrong: dict[str, object]) -> Non
 
 
 def test_unknown_budgets_are_named() -> None:
-    with pytest.raises(UsageError, match="'fast', expected one of draft, balanced, accurate"):
+    with pytest.raises(UsageError, match="'fast', expected one of instant, draft, balanced, accurate"):
         budget_named("fast")
