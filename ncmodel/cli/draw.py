@@ -74,6 +74,7 @@ def draw(
     preset: Annotated[
         str, typer.Option(help="instant, draft, balanced or accurate; matters with --model and in large pictures.")
     ] = "balanced",
+    device: Annotated[str, typer.Option(help="Where the model computes: cpu, cuda, ...")] = "cpu",
     suffix: Annotated[
         str | None, typer.Option("--format", help="svg, png or pdf: write to a folder, even one mesh (default svg).")
     ] = None,
@@ -96,7 +97,7 @@ def draw(
         options={
             "lines": lines,
             "thresholds": thresholds,
-            "model": None if model is None else _model(model),
+            "model": None if model is None else _model(model, device),
             "preset": preset,
             "up": up,
             "tolerance": tolerance,
@@ -202,7 +203,7 @@ def _camera(path: Path | None, azimuth: float | None, elevation: float | None, s
     return camera if size is None else camera.resized(*size_of(size))
 
 
-def _model(path: Path) -> Any:
+def _model(path: Path, device: str) -> Any:
     from ncmodel.nets.shipped import checkpoint_path
 
     path = checkpoint_path(path)
@@ -211,7 +212,7 @@ def _model(path: Path) -> Any:
         raise InputError(path, "no such file", "a checkpoint")
     from ncmodel.model.predictor import load_model
 
-    return load_model(path)
+    return load_model(path, device)
 
 
 def _names(meshes: list[Path]) -> list[str]:

@@ -21,12 +21,13 @@ def score(
     camera: Annotated[Path, typer.Option(help="Camera file (JSON) that the drawings are seen through.")],
     model: Annotated[str, typer.Option(help="Checkpoint, or default: the one that ships.")] = "default",
     up: Annotated[str, typer.Option(help="The mesh file's upward axis, y or z.")] = "y",
+    device: Annotated[str, typer.Option(help="Where the model computes: cpu, cuda, ...")] = "cpu",
     as_json: Annotated[bool, typer.Option("--json", help="Print scores and probabilities as JSON.")] = False,
 ) -> None:
     """Score drawings by a model's ranking module, and tell how many people prefer one to another."""
     from ncmodel.model.scoring import score_drawings
 
-    found = score_drawings(mesh, _by_name(drawings), camera, model, up)
+    found = score_drawings(mesh, _by_name(drawings), camera, model, up, device)
     if not found.calibrated:
         sys.stderr.write(f"note: {model} was trained without held-out votes; how many people prefer what is a guess\n")
     emit(found.to_record(), as_json, _table(found))
