@@ -28,6 +28,7 @@ from ncmodel.scene.orientation import turn_outwards
 from ncmodel.scene.seams import sew_seams
 from ncmodel.scene.stray_parts import stray_parts
 from ncmodel.scene.surface import CREASE_ANGLE, Surface
+from ncmodel.scene.terraces import without_terraces
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed
 from ncmodel.types import (
@@ -270,4 +271,4 @@ def _surface(shape: Mesh | Surface | str | Path, up: str, eye: tuple[float, floa
         arguments.expect("shape", shape, (str, Path), expected)
         with timed(trace, "load"):
             mesh = load_mesh(shape, up)
-    return turn_outwards(sew_seams(Surface(mesh, trace)), eye)
+    return without_terraces(turn_outwards(sew_seams(Surface(mesh, trace)), eye))
