@@ -27,6 +27,7 @@ from ncmodel.scene.seams import sew_seams
 from ncmodel.scene.stray_parts import stray_parts
 from ncmodel.scene.surface import CREASE_ANGLE, Surface
 from ncmodel.scene.terraces import without_terraces
+from ncmodel.scene.upright import looks_z_up
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed
 from ncmodel.types import (
@@ -135,7 +136,8 @@ def draw(
     if camera is not None or isinstance(shape, Surface):
         return drawing
     with timed(surface.trace, "hints"):
-        return replace(drawing, notes=(*drawing.notes, *stray_parts(surface.whole)))
+        sideways = looks_z_up(surface.whole) if up == "y" and not isinstance(shape, Mesh) else ()
+        return replace(drawing, notes=(*drawing.notes, *stray_parts(surface.whole), *sideways))
 
 
 def seen_by(plan: Plan, view: View) -> View:
