@@ -26,6 +26,8 @@ from ncmodel.scene.orientation import turn_outwards
 from ncmodel.scene.seams import sew_seams
 from ncmodel.scene.stray_parts import stray_parts
 from ncmodel.scene.surface import CREASE_ANGLE, Surface
+from ncmodel.scene.terraces import without_terraces
+from ncmodel.scene.upright import looks_z_up
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed
 from ncmodel.types import (
@@ -134,7 +136,8 @@ def draw(
     if camera is not None or isinstance(shape, Surface):
         return drawing
     with timed(surface.trace, "hints"):
-        return replace(drawing, notes=(*drawing.notes, *stray_parts(surface.whole)))
+        sideways = looks_z_up(surface.whole) if up == "y" and not isinstance(shape, Mesh) else ()
+        return replace(drawing, notes=(*drawing.notes, *stray_parts(surface.whole), *sideways))
 
 
 def seen_by(plan: Plan, view: View) -> View:
@@ -288,4 +291,4 @@ def _surface(shape: Mesh | Surface | str | Path, up: str, eye: tuple[float, floa
         arguments.expect("shape", shape, (str, Path), expected)
         with timed(trace, "load"):
             mesh = load_mesh(shape, up)
-    return turn_outwards(sew_seams(Surface(mesh, trace)), eye)
+    return without_terraces(turn_outwards(sew_seams(Surface(mesh, trace)), eye))
