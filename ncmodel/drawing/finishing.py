@@ -36,13 +36,16 @@ def finish(strokes: Sequence[Stroke], view: View, crumb: float = 0.0) -> tuple[S
     """
     camera = view.camera
     scale = page_scale(camera.width, camera.height)
+
+    def beyond(pixels: Floats) -> Mask:
+        return np.asarray(view.surface.scene.first_hit(view.eye, camera.rays(pixels))[1] < 0)
+
+    def outline(some: Sequence[Stroke]) -> Mask:
+        return on_outline(some, beyond, scale)
+
     with timed(view.trace, "finish"):
-        joined = join(drop_accompanying(straightened(strokes, scale), ASIDE * scale), GAP * scale, view)
+        once = drop_accompanying(straightened(strokes, scale), ASIDE * scale, outline)
+        joined = join(once, GAP * scale, view)
         if not crumb:
             return joined
-
-        def beyond(pixels: Floats) -> Mask:
-            return np.asarray(view.surface.scene.first_hit(view.eye, camera.rays(pixels))[1] < 0)
-
-        shortest = crumb * min(camera.width, camera.height)
-        return without_crumbs(joined, shortest, ASIDE * scale, lambda some: on_outline(some, beyond, scale))
+        return without_crumbs(joined, crumb * min(camera.width, camera.height), ASIDE * scale, outline)

@@ -7,16 +7,17 @@ draw: what has the stronger claim stays.
 """
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from ncmodel.drawing.packed import Packed
+from ncmodel.drawing.packed import Packed, Samples, sampled
 from ncmodel.jit import kernel
 from ncmodel.types import Floats, Ints, LineFamily, Mask, Stroke
 
+DOT = 2
+"""Points of an outline beside another line that are no way to a corner, at most."""
 SPACING = 1.0
 """Pixels between the points at which strokes are compared, at most."""
 TOUCHING = 1.0
@@ -65,49 +66,57 @@ def drop_overlapping(strokes: Sequence[Stroke], tolerance: float) -> tuple[Strok
     if len(strokes) < 2:
         return tuple(strokes)
     order = np.argsort(-Packed.of(strokes).length, kind="stable")
-    return _without_retraced(strokes, order, 0, _Rule(SPACING, tolerance))
+    return _without_retraced(strokes, order, 0, 0, _Rule(SPACING, tolerance))
 
 
-def drop_accompanying(strokes: Sequence[Stroke], pixels: float) -> tuple[Stroke, ...]:
+def drop_accompanying(
+    strokes: Sequence[Stroke], pixels: float, outline: Callable[[Sequence[Stroke]], Mask]
+) -> tuple[Stroke, ...]:
     """Strokes without the parts that run along strokes of a stronger claim.
 
-    Contours are claimed first and stay whole, as an outline is closed; then boundaries, creases, intersections, ridges
-    and valleys, suggestive contours and apparent ridges; among equals, the one of more ink.
+    Contours are claimed first and stay whole, as an outline is closed; then edges on the outline, boundaries, creases,
+    intersections, ridges and valleys, suggestive contours and apparent ridges; among equals, the one of more ink.
 
     Args:
         strokes: Polylines of two points or more, of any families.
         pixels: How near lines are that run along each other.
+        outline: Which of some strokes are part of the outline; asked of edges.
     """
     if len(strokes) < 2:
         return tuple(strokes)
     claim = np.array([_CLAIM.get(stroke.family, len(_CLAIMS)) for stroke in strokes])
-    order = np.lexsort((-Packed.of(strokes).ink, claim))
+    edges = np.flatnonzero((claim > 0) & (claim < _CLAIM[LineFamily.RIDGES.value]))
+    inside = np.ones(len(strokes), dtype=np.bool_)
+    inside[edges] = ~outline([strokes[number] for number in edges.tolist()])
+    order = np.lexsort((-Packed.of(strokes).ink, claim, inside & (claim > 0)))
     rule = _Rule(pixels / 2.0, pixels, parallel=0.94, shortest_run=2.0 * pixels, crumb=8, lead=4, fainter=0.3)
-    return _without_retraced(strokes, order, int((claim == 0).sum()), rule)
+    outlines = int((~inside | (claim == 0)).sum())
+    return _without_retraced(strokes, order, int((claim == 0).sum()), outlines, rule)
 
 
-def _without_retraced(strokes: Sequence[Stroke], order: Ints, whole: int, rule: _Rule) -> tuple[Stroke, ...]:
+def _without_retraced(strokes: Sequence[Stroke], order: Ints, whole: int, rims: int, rule: _Rule) -> tuple[Stroke, ...]:
     """Strokes without what runs along earlier ones.
 
     Args:
         strokes: Polylines.
         order: Their indices, from the strongest claim to the weakest.
         whole: How many of the first stay whole.
+        rims: How many of the first go on to other lines, however short the way to these.
         rule: When strokes run along each other.
     """
-    fine = _sampled([strokes[index] for index in order.tolist()], rule.spacing)
+    fine = sampled([strokes[index] for index in order.tolist()], rule.spacing)
     cell = max(rule.tolerance, rule.spacing)
     square = np.floor(fine.points / cell).astype(np.int64)
     key = square[:, 0] * _ROW + square[:, 1]
     sorting = np.argsort(key, kind="stable")
     squares = _Squares(cell, key[sorting], sorting)
-    along = _retraced(fine.points, fine.along, fine.alpha, fine.first, squares, max(whole, 1), rule)
+    along = _retraced(fine.points, fine.along, fine.alpha, fine.first, squares, max(whole, 1), rims, rule)
     pieces: list[list[Stroke]] = [[stroke] for stroke in strokes]
     for rank in np.flatnonzero(np.maximum.reduceat(along, fine.first[:-1]) >= 0).tolist():
         index, part = order[rank], slice(fine.first[rank], fine.first[rank + 1])
         kept = along[part] == _STAYS
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], kept, [False]]).astype(np.int8)))
-        spans = (part.start + edges).reshape(-1, 2).tolist()
+        changes = np.flatnonzero(np.diff(np.concatenate([[False], kept, [False]]).astype(np.int8)))
+        spans = (part.start + changes).reshape(-1, 2).tolist()
         pieces[index] = [_piece(strokes[index], fine, part, span, along, rule.lead) for span in spans]
     left = tuple(piece for some in pieces for piece in some)
     return _reaching(left, fine.points, along) if rule.lead else left
@@ -169,28 +178,7 @@ class _Squares(NamedTuple):
     sorting: Ints
 
 
-@dataclass(frozen=True, eq=False)
-class _Samples:
-    """Points close to each other along strokes.
-
-    Attributes:
-        points: (N, 2) pixels, stroke after stroke.
-        along: (N, 2) directions of length 1.
-        alpha: (N,) opacity.
-        depth: (N,) as strokes have it, 0 where they have none.
-        own: (N,) True for the strokes' own points.
-        first: (C + 1,) where each stroke starts.
-    """
-
-    points: Floats
-    along: Floats
-    alpha: Floats
-    depth: Floats
-    own: Mask
-    first: Ints
-
-
-def _piece(stroke: Stroke, fine: _Samples, part: slice, span: tuple[int, int], along: Ints, lead: int) -> Stroke:
+def _piece(stroke: Stroke, fine: Samples, part: slice, span: tuple[int, int], along: Ints, lead: int) -> Stroke:
     """The part of a stroke between two samples, with one point more at each side: it meets what it ran along."""
     begin, end = max(span[0] - 1, part.start), min(span[1] + 1, part.stop)
     place, lead = np.arange(begin, end), min(lead, (span[1] - span[0]) // 3)
@@ -208,26 +196,9 @@ def _piece(stroke: Stroke, fine: _Samples, part: slice, span: tuple[int, int], a
     return Stroke(stroke.family, fine.points[place[own]], fine.alpha[begin:end][own], depth)
 
 
-def _sampled(strokes: Sequence[Stroke], spacing: float) -> _Samples:
-    packed = Packed.of(strokes)
-    start = packed.first
-    steps = np.maximum(np.ceil(packed.steps[1:] / spacing), 1.0).astype(np.int64)  # 1 from one stroke to the next
-    place = np.concatenate([[0], np.cumsum(steps)])
-    at = np.arange(place[-1] + 1)
-    first = np.append(place[start[:-1]], len(at))
-    fine = np.stack([np.interp(at, place, column) for column in packed.points.T], axis=1)
-    along = np.diff(fine, axis=0, append=0.0)
-    along[first[1:] - 1] = along[first[1:] - 2]
-    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
-    alpha, depth = np.interp(at, place, packed.alpha), np.interp(at, place, packed.depth)
-    own = np.zeros(len(at), dtype=np.bool_)
-    own[place] = True
-    return _Samples(fine, along, alpha, depth, own, first)
-
-
 @kernel
 def _retraced(
-    points: Floats, along: Floats, alpha: Floats, first: Ints, squares: _Squares, whole: int, rule: _Rule
+    points: Floats, along: Floats, alpha: Floats, first: Ints, squares: _Squares, whole: int, rims: int, rule: _Rule
 ) -> Ints:
     """(N,) for points on stretches that run along earlier strokes, a point that they pass; else `_STAYS` or `_CRUMB`.
 
@@ -240,6 +211,7 @@ def _retraced(
         first: (C + 1,) where each stroke starts.
         squares: Where the points lie.
         whole: How many of the first strokes stay as they are.
+        rims: How many of the first go on to other lines.
         rule: When strokes run along each other.
     """
     found = np.full(len(points), _STAYS)
@@ -261,17 +233,20 @@ def _retraced(
             if i < end and found[i] == _STAYS:
                 continue
             short = 0 < i - start <= rule.crumb and i - start < end - begin
-            if short and not _needed(found, first, c, start, i):
+            if short and not _needed(found, first, c, start, i, rims):
                 found[start:i] = _CRUMB
             start = i + 1
     return found
 
 
 @kernel
-def _needed(found: Ints, first: Ints, c: int, start: int, stop: int) -> bool:
-    """Whether a short part of stroke c goes on from where one line ends to where another one begins."""
+def _needed(found: Ints, first: Ints, c: int, start: int, stop: int, rims: int) -> bool:
+    """Whether a short part of stroke c goes on from where one line ends to where another one begins.
+
+    Outlines go on to corners, where others end, if that is farther than a dot.
+    """
     if start == first[c] or stop == first[c + 1]:
-        return False
+        return c < rims and stop - start > DOT
     left, other = found[start - 1], found[stop]
     same = np.searchsorted(first, left, side="right") == np.searchsorted(first, other, side="right")
     return not (same and abs(left - other) <= 2 * (stop - start + 2))
