@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from eval.comparison.methods import Drawn
+from eval.comparison.methods import Drawn, as_read
 from eval.measures.evaluation import Score, Target
 from eval.measures.metrics import mean_measures
 from eval.measures.thinning import binarise, read_ink
@@ -81,7 +81,7 @@ def _judge(drawing: Callable[[int], Image], count: int, target: Target) -> Judge
 def _measurable(ink: Image) -> Image:
     """The ink as it is; in a picture so small that its lines are grey for want of width, all that is inked."""
     height, width = ink.shape
-    return ink if legible_width(width, height) == WIDTH else (ink > INK_LEVEL).astype(np.float32)
+    return as_read(ink) if legible_width(width, height) == WIDTH else (ink > INK_LEVEL).astype(np.float32)
 
 
 def rank_correlation(scores: Floats, f1: Floats) -> float | None:

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+import numpy as np
+
 from eval.baselines import canny, grid, rtsc
 from eval.comparison.tuning import Tuned
 from ncmodel.drawing.draw import PRESETS, draw, draw_view
@@ -46,7 +48,13 @@ class Drawn:
     @staticmethod
     def of(drawing: Drawing) -> "Drawn":
         """A drawing, and its file."""
-        return Drawn(drawing.ink(legible_width(drawing.width, drawing.height)), png(drawing.picture()), drawing.plan)
+        ink = drawing.ink(legible_width(drawing.width, drawing.height))
+        return Drawn(as_read(ink), png(drawing.picture()), drawing.plan)
+
+
+def as_read(ink: Image) -> Image:
+    """(H, W) ink as it is read from its file, in 256 greys: what `evaluate` measures."""
+    return np.asarray(1.0 - np.rint(255.0 * (1.0 - ink)) / 255.0, dtype=np.float32)
 
 
 class Method(Protocol):

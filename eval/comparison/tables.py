@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from eval.comparison.candidates import BEST_OF_8, BEST_OF_ALL, CHOSEN
+from eval.comparison.candidates import BEST_OF_8, BEST_OF_ALL, CHOSEN, FAVOURITE
 from eval.comparison.methods import VARIANTS
 from eval.measures.bootstrap import percentile_interval
 from eval.measures.comparison import Comparison
@@ -81,7 +81,7 @@ def learned_rows(methods: Sequence[str]) -> list[str]:
 
 def is_oracle(row: str) -> bool:
     """Whether a row is no method but what could have been chosen."""
-    return row in (BEST_OF_8, BEST_OF_ALL, CHOSEN)
+    return row in (BEST_OF_8, BEST_OF_ALL, CHOSEN) or row.partition("@")[0] == FAVOURITE
 
 
 def methods_frame(comparison: Comparison) -> pd.DataFrame:

@@ -40,7 +40,7 @@ def train(
 
     with option_names(stages="stage"):
         options = TrainOptions(None if stage == "all" else (stage,), epochs, seconds, seed, restart, device)
-    report = run_training(data, pairs, output, preset_named(preset), options, progress).to_record()
+        report = run_training(data, pairs, output, preset_named(preset), options, progress).to_record()
     report["preference"] = calibrate_file(output, data, pairs)
     emit(report, as_json, _summary(report))
 

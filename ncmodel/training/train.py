@@ -155,7 +155,9 @@ def run_training(
         raise InputError(out, "its folder doesn't exist", "a file in an existing folder")
     images = ViewImages(folder, (preset.translation.size, preset.ranking.size))
     if options.stages is not None and not set(options.stages) <= set(preset.stages):
-        raise ArgumentError("stages", ",".join(options.stages), f"what {preset.name!r} has: {', '.join(preset.stages)}")
+        raise ArgumentError(
+            "stages", repr(",".join(options.stages)), f"what {preset.name!r} has: {', '.join(preset.stages)}"
+        )
     run = _Run(Path(out), preset, options, images, read)
     for name in run.stages:
         run.stage(name, progress)

@@ -38,7 +38,14 @@ class TestCommand:
     @pytest.mark.parametrize(
         ("more", "message"),
         [
-            (["--stage", "judge"], "--stage: found 'judge', expected all or one of ranker, translator, finetune"),
+            (
+                ["--stage", "judge"],
+                "--stage: found 'judge', expected all or one of ranker, translator, finetune, statistics",
+            ),
+            (
+                ["--stage", "statistics"],
+                "--stage: found 'statistics', expected what 'micro' has: ranker, translator, finetune",
+            ),
             (["--epochs", "0"], "--epochs: found 0, expected at least 1"),
             (["--seconds", "nan"], "--seconds: found nan, expected a positive number"),
             (["--seed", "-1"], "--seed: found -1, expected 0 or more"),
