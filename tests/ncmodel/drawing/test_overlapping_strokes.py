@@ -135,7 +135,8 @@ def test_what_ended_on_a_line_that_went_ends_on_the_one_that_stays(turn: int) ->
     reaching = kept[1].points[::turn]
     assert reaching[0, 1] == 0.0
     assert 49 < reaching[0, 0] < 52
-    np.testing.assert_array_equal(reaching[1:], post.points[::turn])
+    np.testing.assert_array_equal(reaching[-1], (50, 60))
+    np.testing.assert_allclose(reaching[:, 0], 50.0, atol=0.75)  # half a sample's spacing
 
 
 @pytest.mark.parametrize("gap", [8.0, 14.0])
@@ -166,6 +167,23 @@ def test_the_outline_goes_on_to_its_corners() -> None:
     np.testing.assert_allclose(rest.points[-1], (97, 6))
 
 
+def test_a_line_goes_over_to_its_neighbour_without_a_kink() -> None:
+    edge, other = stroke((0, 0), (200, 0)), stroke((100, 2.5), (250, 2.5))
+    kept = drop_accompanying([edge, other], 3.0, inside)
+    way = np.diff(kept[1].points, axis=0)
+    assert kept[0] is edge
+    assert kept[1].points[0, 1] == 0.0
+    np.testing.assert_array_equal(kept[1].points[-1], (250, 2.5))
+    assert np.abs(way[:, 1]).max() > 0.0
+    assert np.degrees(np.arctan2(way[:, 1], way[:, 0])).max() < 8.0
+
+
+def test_a_cap_between_two_lines_stays_and_a_tick_beside_one_goes() -> None:
+    edges = (stroke((0, 0), (100, 0)), stroke((0, 5), (99, 5)))
+    cap, tick = stroke((100, 0), (99, 5)), stroke((50, 0), (52, -2), (54, 0))
+    assert drop_accompanying([*edges, cap, tick], 3.0, inside) == (*edges, cap)
+
+
 def test_of_two_edges_the_one_on_the_outline_stays() -> None:
     long, short = stroke((0, 2), (100, 2)), stroke((0, 0), (80, 0))
     kept = drop_accompanying([long, short], 3.0, lambda some: np.array([each is short for each in some]))
@@ -180,7 +198,7 @@ def test_what_is_left_of_a_line_stays_in_its_place() -> None:
     kept = drop_accompanying([trunk, longer, twin], 3.0, inside)
     assert len(kept) == 2
     left = kept[1].points
-    np.testing.assert_allclose(np.interp([70.0, 120.0, 200.0], left[:, 0], left[:, 1]), 2.5, atol=1e-9)
+    np.testing.assert_allclose(np.interp([75.0, 120.0, 200.0], left[:, 0], left[:, 1]), 2.5, atol=1e-9)
 
 
 def test_nothing_is_no_trouble() -> None:
