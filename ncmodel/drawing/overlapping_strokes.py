@@ -205,8 +205,8 @@ def _retraced(
 ) -> tuple[Ints, Floats]:
     """(N,) for points on stretches that run along earlier strokes, a point that they pass; else `_STAYS` or `_CRUMB`.
 
-    What goes is no reason for another one to go: of every two lines, one is drawn. And (N, 2) where all points are then:
-    those that go lie where they pass the stroke that stays, and what is left of theirs comes from there.
+    What goes is no reason for another one to go: of every two lines, one is drawn. And (N, 2) where all points are
+    then: those that go lie where they pass the stroke that stays, and what is left of theirs comes from there.
 
     Args:
         points: (N, 2) pixels, stroke after stroke.
