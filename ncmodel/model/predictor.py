@@ -153,6 +153,7 @@ class Model:
             evaluations=choice.evaluations,
             finished=True,
             crumb=CRUMB,
+            rims=True,
         )
 
     def _with_geometry(
@@ -181,6 +182,7 @@ class Model:
             converged=optimum.converged,
             finished=True,
             crumb=CRUMB,
+            rims=True,
         )
 
 
