@@ -64,11 +64,15 @@ class Pick(nn.Module):
     Args:
         given: Names of the maps that are handed on; None if they are those that are read.
         inputs: Names of the maps that are read.
+
+    Attributes:
+        given: Names of the maps that are handed on.
     """
 
     def __init__(self, given: tuple[str, ...] | None, inputs: tuple[str, ...]) -> None:
         super().__init__()
-        self.channels = None if given is None or given == inputs else [given.index(name) for name in inputs]
+        self.given = inputs if given is None else given
+        self.channels = None if self.given == inputs else [self.given.index(name) for name in inputs]
 
     def forward(self, maps: Tensor) -> Tensor:
         """(B, given, H, W) -> (B, inputs, H, W)."""
@@ -99,7 +103,7 @@ def conv_norm(inputs: int, outputs: int, kernel: int, stride: int = 1, style: Bl
 class ResidualBlock(nn.Module):
     """Two 3x3 convolutions with batch norm beside a shortcut, ReLU between them.
 
-    In the style of He et al. 2016 there is a ReLU after the sum too; in that of pix2pixHD (Wang et al. 2018) there isn't.
+    In the style of He et al. 2016 there is a ReLU after the sum too; in pix2pixHD's (Wang et al. 2018) there isn't.
 
     The shortcut is a 1x1 convolution with batch norm where the shape changes, else the identity. A strided 1x1
     convolution sees only every other pixel; taking those first is the same, and steers clear of oneDNN's strided 1x1

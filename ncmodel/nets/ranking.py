@@ -56,7 +56,11 @@ class RankingModule(nn.Module):
             (B,) scores, higher is better.
         """
         weight = self.stem.weight[:, :1]
-        x = nn.functional.conv2d(self.standardise_drawing(drawings), weight, stride=2, padding=3) + embedded
+        drawn = nn.functional.conv2d(self.standardise_drawing(drawings), weight, stride=2, padding=3)
+        return self.rank(drawn + embedded)
+
+    def rank(self, x: Tensor) -> Tensor:
+        """(B, width, H/2, W/2) what the stem makes of drawings and maps -> (B,) scores, higher is better."""
         x = self.pool(torch.relu(self.stem_norm(x)))
         for stage in self.stages:
             x = stage(x)

@@ -34,20 +34,22 @@ class TranslationBranch(nn.Module):
         ends = list(itertools.pairwise(widths))
         self.pick = Pick(given, dims.inputs)
         self.standardise = Standardise([BACKGROUND] * len(dims.inputs))
-        last = "reflect" if style == "pix2pixhd" else "zeros"
         self.layers = nn.ModuleList(
             [
                 nn.Sequential(conv_norm(len(dims.inputs), dims.width, 7, 1, style), nn.ReLU(inplace=True)),
                 *(nn.Sequential(conv_norm(a, b, 3, 2, style), nn.ReLU(inplace=True)) for a, b in ends),
                 nn.Sequential(*(ResidualBlock(widths[-1], widths[-1], 1, style) for _ in range(dims.blocks))),
                 *(_up(b, a, style) for a, b in reversed(ends)),
-                nn.Conv2d(dims.width, 1, 7, padding=3, padding_mode=last),
+                nn.Conv2d(dims.width, 1, 7, padding=3, padding_mode="reflect" if style == "pix2pixhd" else "zeros"),
             ]
         )
 
     def logits(self, maps: Tensor) -> Tensor:
         """(B, K, H, W) maps -> (B, 1, H, W) log-odds of a line; H and W multiples of 2^levels."""
-        x: Tensor = self.standardise(self.pick(maps))
+        return self.translate(self.standardise(self.pick(maps)))
+
+    def translate(self, x: Tensor) -> Tensor:
+        """(B, inputs, H, W) standardised maps -> (B, 1, H, W) log-odds of a line."""
         for layer in self.layers:
             x = layer(x)
         return x
