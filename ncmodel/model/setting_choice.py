@@ -12,7 +12,7 @@ import torch
 from ncmodel.drawing.settings import LayeredDrawings, Levels, Setting, draw_layers
 from ncmodel.model.letterbox import Square
 from ncmodel.model.statistics import statistics
-from ncmodel.nets.presets import BACKGROUND
+from ncmodel.nets.presets import BACKGROUND, MAPS
 from ncmodel.nets.ranking import RankingModule
 from ncmodel.nets.statistics_ranker import StatisticsRanker
 from ncmodel.scene.view import View
@@ -49,7 +49,7 @@ def choose_setting(
 
     Args:
         view: The view, at the resolution that training saw.
-        maps: (7, H, W) depth and shaded maps of it.
+        maps: (K, H, W) depth and shaded maps of it, perhaps others after them.
         counting: The ranker on numbers.
         ranker: The ranking module, if it takes part.
         shortlist: How many settings it looks at.
@@ -76,7 +76,7 @@ def choose_setting(
 
 def setting_scores(drawings: LayeredDrawings, maps: Image, counting: StatisticsRanker) -> Floats:
     """(256,) log-odds of each setting by numbers and habit."""
-    found = statistics(drawings.masks, drawings.levels.members, maps[0], maps[1:])
+    found = statistics(drawings.masks, drawings.levels.members, maps[0], maps[1 : len(MAPS)])
     with torch.inference_mode():
         counted = counting(torch.from_numpy(found.numbers())).double().numpy()
     mix, habit = counting.mix.double().numpy(), counting.habit.double().numpy()

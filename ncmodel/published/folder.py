@@ -10,6 +10,7 @@ base.png         contours and creases, black on white
 boundaries.png   boundaries, black on white: ours alone, the scripts don't read it and it may be missing
 """
 
+import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -82,11 +83,12 @@ class PublishedView:
         return files
 
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """What an .npz file of it holds: our maps, under the names of `LineMaps`, and `maps`."""
+        """What an .npz file of it holds: our maps under the names of `LineMaps`, and what else there is."""
         lines = self.line_maps()
         return {
             "lines": lines.lines,
             "features": lines.features,
+            "feature_maps": self.features,
             "contours": lines.contours,
             "boundaries": lines.boundaries,
             "p90": lines.p90,
@@ -94,6 +96,34 @@ class PublishedView:
             "n_dot_v": self.n_dot_v,
             "feature_size": np.array(self.feature_size),
         }
+
+
+def read_maps(path: str | Path) -> PublishedView:
+    """Read a folder in the published layout, or the .npz file that `ncontours dataset import` makes of one.
+
+    Raises:
+        InputError: As `read_folder` does, or the file isn't such a one.
+    """
+    if Path(path).suffix.lower() != ".npz":
+        return read_folder(path)
+    expected = "an .npz file that `ncontours dataset import` wrote"
+    try:
+        with np.load(path) as file:
+            arrays = {key: file[key] for key in file.files}
+        return PublishedView(
+            lines=arrays["lines"],
+            features=arrays["feature_maps"],
+            base=arrays["contours"],
+            boundaries=arrays["boundaries"],
+            n_dot_v=arrays["n_dot_v"],
+            maps=arrays["maps"],
+            p90=arrays["p90"],
+            feature_size=float(arrays["feature_size"]),
+        )
+    except OSError as error:
+        raise InputError(path, f"can't be read ({error.strerror or error})", expected) from error
+    except (ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
+        raise InputError(path, f"damaged or of another kind ({error})", expected) from error
 
 
 def read_folder(folder: str | Path) -> PublishedView:

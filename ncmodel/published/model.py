@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import torch
@@ -12,8 +14,9 @@ from ncmodel.model.maps import network_maps
 from ncmodel.model.predictor import Model, Variant
 from ncmodel.model.threshold_search import BUDGETS, Budget, Optimum, budget_named, optimise
 from ncmodel.nets.blocks import threads_for
-from ncmodel.nets.checkpoints import Checkpoint
+from ncmodel.nets.checkpoints import load_checkpoint
 from ncmodel.nets.presets import MAPS
+from ncmodel.nets.shipped import checkpoint_path
 from ncmodel.published.folder import HEIGHT, WIDTH, PublishedView
 from ncmodel.published.rendering import framed, published_view
 from ncmodel.published.ridges import centre_lines, line_mask
@@ -22,6 +25,8 @@ from ncmodel.published.search import published_search
 from ncmodel.published.weights import centred
 from ncmodel.scene.view import View
 from ncmodel.types import FILTERED_FAMILIES, Image, LineFamily, Mask, Thresholds
+
+Mode = Literal["paper", "published"]
 
 SCHEDULE = "published"
 """The budget that searches as the published code does: for hours without a GPU."""
@@ -53,11 +58,8 @@ class PublishedModel(Model):
     are always drawn, boundaries never; the image branch's lines come with them.
     """
 
-    def __init__(self, checkpoint: Checkpoint) -> None:
-        super().__init__(checkpoint)
-        for network in checkpoint.networks.values():
-            # The published layout: another one sums in another order.
-            network.to(memory_format=torch.contiguous_format)  # type: ignore[call-overload]
+    layout = torch.contiguous_format
+    """The published one: another sums in another order."""
 
     def choose(
         self,
@@ -71,7 +73,7 @@ class PublishedModel(Model):
         Raises:
             UsageError: The model lacks a network that the variant needs, or there is no such budget.
         """
-        variant = self._variant(variant)
+        variant = self.known_variant(variant)
         seen = View(view.surface, framed(view.camera), view.crease_angle)
         if variant == "image":
             # Neither lines nor features are computed for it.
@@ -105,7 +107,7 @@ class PublishedModel(Model):
         Raises:
             UsageError: The maps have another size, or as `choose` does.
         """
-        variant = self._variant(variant)
+        variant = self.known_variant(variant)
         allowed = np.array([family in families for family in FILTERED_FAMILIES])
         view = replace(view, lines=view.lines * allowed[:, None, None].astype(np.float32))
         mask = None if variant == "geometry" else line_mask(self.paper(view.maps))
@@ -149,11 +151,26 @@ class PublishedModel(Model):
         with torch.inference_mode():
             return np.asarray(torch.sigmoid(-translator.translate(seen))[0, 0].numpy())
 
-    def _variant(self, variant: Variant | None) -> Variant:
-        variant = variant or self.variants[0]
-        if variant not in self.variants:
-            raise ArgumentError("variant", repr(variant), f"one of {', '.join(self.variants)}, which this model offers")
-        return variant
+
+def load_model(path: str | Path, mode: Mode | None = None) -> Model:
+    """Read a checkpoint, ready to draw.
+
+    Args:
+        path: The file, or "default" for the model that ships with the package.
+        mode: "paper" draws as the paper says, "published" as the published code does. By default what the networks are
+            made for: the latter only for imported ones.
+
+    Raises:
+        InputError: The file isn't a checkpoint, or is damaged.
+        UsageError: There is no such mode, or these networks weren't imported.
+    """
+    if mode not in (None, "paper", "published"):
+        raise ArgumentError("mode", repr(mode), "paper or published")
+    checkpoint = load_checkpoint(checkpoint_path(path))
+    published = checkpoint.preset.published
+    if mode == "published" and not published:
+        raise ArgumentError("mode", "'published'", "paper: this checkpoint's networks weren't imported")
+    return PublishedModel(checkpoint) if published and mode != "paper" else Model(checkpoint)
 
 
 def _search(score: PublishedScore, budget: Budget | str) -> Optimum:

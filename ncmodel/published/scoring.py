@@ -127,6 +127,11 @@ class PublishedScore:
         seen = torch.cat([whole, self._maps.expand(len(whole), -1, -1, -1)], dim=1)
         return self._ranker.rank(self._ranker.stem(seen))
 
+    def of_picture(self, ink: Image) -> float:
+        """The score of a drawing of which only its (H, W) ink is known."""
+        with torch.inference_mode():
+            return float(self.score(self._tensor(ink)[None, None])[0])
+
     def ink(self, thresholds: Sequence[float]) -> Image:
         """(H, W) the drawing at one t."""
         with torch.inference_mode():
