@@ -29,13 +29,17 @@ class Bowl:
 
 def test_the_starts_are_the_published_ones_and_the_best_evaluation_wins() -> None:
     bowl = Bowl((0.5, 0.25, 0.75, 0.1))
-    found = published_search(bowl)
-    assert found.thresholds == pytest.approx(bowl.best, abs=0.05)
+    found = published_search(bowl, Schedule(steps=1, inner=4, rate=1.0))
+    assert found.thresholds == pytest.approx(bowl.best, abs=0.01)
     assert [trial.start for trial in found.trials] == [tuple(t) for t in np.random.RandomState(2048).rand(10, 4)]
     assert found.evaluations == len(bowl.asked)
     scores = [1.0 - float(((asked - bowl.best) ** 2).sum()) for asked in bowl.asked]
     assert found.score == pytest.approx(max(scores), abs=1e-6)
     assert not found.boundaries
+
+
+def test_the_schedule_is_the_published_one() -> None:
+    assert Schedule() == Schedule(starts=10, steps=50, inner=20, patience=5, rate=0.01, seed=2048)
 
 
 def test_a_start_is_given_up_after_five_steps_without_a_gain() -> None:
