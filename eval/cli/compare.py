@@ -21,6 +21,7 @@ Models = Annotated[
 Views = Annotated[
     str, typer.Option(help="Whose views: held-out (shapes that aren't trained on), validation, train or all.")
 ]
+Shapes = Annotated[str | None, typer.Option(help="Of these only the views of some shapes, a,b,c. (default all)")]
 Baseline = Annotated[str, typer.Option(help="Row that the others are compared with.")]
 Preset = Annotated[str, typer.Option(help="Of the models: draft, balanced or accurate.")]
 TuningViews = Annotated[int | None, typer.Option(help="Tune baselines on at most so many training views (default all)")]
@@ -38,6 +39,7 @@ def compare(
     references: References = "simulated",
     models: Models = None,
     views: Views = "held-out",
+    shapes: Shapes = None,
     baseline: Baseline = "all-grid",
     preset: Preset = "balanced",
     tuning_views: TuningViews = None,
@@ -56,6 +58,7 @@ def compare(
         models=models or (),
         references=references,
         views=views,
+        shapes=shapes.split(",") if shapes else (),
         baseline=baseline,
         preset=preset,
         tuning_views=tuning_views,

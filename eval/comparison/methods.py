@@ -10,7 +10,7 @@ import numpy as np
 
 from eval.baselines import canny, grid, rtsc
 from eval.comparison.tuning import Tuned
-from ncmodel.drawing.draw import PRESETS, draw, draw_view
+from ncmodel.drawing.draw import draw, draw_view
 from ncmodel.drawing.drawing import Drawing
 from ncmodel.drawing.plan import Plan
 from ncmodel.errors import ArgumentError
@@ -19,7 +19,7 @@ from ncmodel.export.png import png
 from ncmodel.images import png_ink
 from ncmodel.model.predictor import Model, Variant
 from ncmodel.scene.view import View
-from ncmodel.types import Image
+from ncmodel.types import Image, LineFamily
 
 PLAIN = "draw"
 """The row of plain `ncontours draw`."""
@@ -115,7 +115,11 @@ class Learned:
 
     def draw(self, view: View) -> Drawn:
         """See `Method.draw`."""
-        return Drawn.of(draw_view(view, self.model.choose(view, self.variant, self.preset), PRESETS[self.preset]))
+        return Drawn.of(draw(view.surface, view.camera, model=self, preset=self.preset))
+
+    def choose(self, view: View, *, budget: str, families: Sequence[LineFamily]) -> Plan:
+        """See `Chooser.choose`: the model's choice, by the branches of the variant alone."""
+        return self.model.choose(view, self.variant, budget, families)
 
 
 def classic_methods(tuned: Tuned) -> list[Method]:

@@ -133,19 +133,31 @@ def draw(
     asked = arguments.plan_of(lines, thresholds, detail, min_length)
     _check(camera, model, azimuth=azimuth, elevation=elevation, crease_angle=crease_angle)
     surface = _surface(shape, up, None if camera is None else camera.eye)
-    if LineFamily.CREASES in asked.families and model is None:
-        surface = split_at_creases(surface, crease_angle)
     placed = camera or Camera.orbit(surface.mesh.used_vertices, azimuth, elevation, size=arguments.size_of(size))
     view = View(surface, placed, crease_angle)
-    plan = (
-        asked if model is None else _chosen(model, view, variant, preset, asked.families if lines is not None else None)
-    )
+    if model is None:
+        plan = asked
+    else:
+        plan = _chosen(model, view, variant, preset, None if lines is None else asked.families)
     plan = replace(plan, detail=asked.detail, min_length=asked.min_length)
-    drawing = draw_view(view, plan, fineness)
+    drawing = draw_view(seen_by(plan, view), plan, fineness)
     if camera is not None or isinstance(shape, Surface):
         return drawing
     with timed(surface.trace, "hints"):
         return replace(drawing, notes=(*drawing.notes, *stray_parts(surface.whole)))
+
+
+def seen_by(plan: Plan, view: View) -> View:
+    """The view that a plan is drawn of: a surface with creases is parted there, as flats between them don't curve.
+
+    Args:
+        plan: Whether it has creases.
+        view: As it was planned for.
+    """
+    if LineFamily.CREASES not in plan.families:
+        return view
+    surface = split_at_creases(view.surface, view.crease_angle)
+    return view if surface is view.surface else View(surface, view.camera, view.crease_angle)
 
 
 def draw_view(view: View, plan: Plan, fineness: Fineness = BALANCED) -> Drawing:
@@ -162,10 +174,11 @@ def draw_view(view: View, plan: Plan, fineness: Fineness = BALANCED) -> Drawing:
         threshold = plan.thresholds.of(family)
         assert threshold is not None, "families that are left out aren't drawn"
         drawn += strokes_of(view, visible_segments(view, family, threshold, fineness.sample_pixels), fineness)
+    drawn += plan.strokes
     if plan.finished:
         drawn = list(finish(drawn, view, plan.crumb))
     mesh = view.mesh
-    chosen = _chosen_strokes(view, plan, (*drawn, *plan.strokes))
+    chosen = _chosen_strokes(view, plan, tuple(drawn))
     return Drawing(view.camera, chosen, mesh.name, plan, mesh.notes, view.trace)
 
 
@@ -255,14 +268,15 @@ def _fineness(preset: str, tolerance: float | None) -> Fineness:
 
 def _chosen(model: Chooser, view: View, variant: str | None, preset: str, asked: tuple[LineFamily, ...] | None) -> Plan:
     """What a model draws, of the families asked for."""
-    allowed = asked if asked is not None else tuple(LineFamily)
     # Whoever else chooses needn't know variants.
     branches: dict[str, Any] = {} if variant is None else {"variant": variant}
-    plan = model.choose(view, budget=preset, families=allowed, **branches)
-    chosen = tuple(family for family in plan.families if family in allowed)
+    if asked is None:
+        return model.choose(view, budget=preset, families=tuple(LineFamily), **branches)
+    plan = model.choose(view, budget=preset, families=asked, **branches)
+    chosen = tuple(family for family in plan.families if family in asked)
     # These are no part of what every model can weigh; they are drawn if somebody wants them.
-    wanted = (f for f in (LineFamily.CREASES, LineFamily.INTERSECTIONS) if f in (asked or ()) and f not in chosen)
-    return replace(plan, families=(*chosen, *wanted))
+    wanted = (f for f in (LineFamily.CREASES, LineFamily.INTERSECTIONS) if f in asked and f not in chosen)
+    return replace(plan, families=(*chosen, *wanted), crumb=0.0)
 
 
 def _surface(shape: Mesh | Surface | str | Path, up: str, eye: tuple[float, float, float] | None) -> Surface:

@@ -12,7 +12,7 @@ from typing import Literal
 
 import torch
 
-from ncmodel.drawing.plan import Plan
+from ncmodel.drawing.plan import CRUMB, Plan
 from ncmodel.errors import ArgumentError, UsageError
 from ncmodel.export.png import strokes_ink
 from ncmodel.model.letterbox import Square
@@ -37,6 +37,11 @@ lines are as thin. Larger and smaller drawings get the thresholds chosen at this
 
 LONGEST_SIDE = 4 * SEEN_SIDE
 """Longer side that such a picture has at most."""
+
+
+SHARP = (LineFamily.CREASES, LineFamily.INTERSECTIONS)
+"""Drawn of machine parts whatever setting is chosen: what a view's settings differ in on a surface with creases is what
+they show of its curved sides."""
 
 
 class Model:
@@ -151,7 +156,16 @@ class Model:
                 seen, maps, counting, self.checkpoint.ranker, budget.shortlist, allowed, image, budget.mirrored
             )
         chosen = choice.setting.plan()
-        return replace(chosen, strokes=plan.strokes, score=choice.score, evaluations=choice.evaluations)
+        edges = [family for family in SHARP if family in families and family not in chosen.families]
+        return replace(
+            chosen,
+            families=(*chosen.families, *edges),
+            strokes=plan.strokes,
+            score=choice.score,
+            evaluations=choice.evaluations,
+            finished=True,
+            crumb=CRUMB,
+        )
 
     def _with_geometry(
         self, plan: Plan, seen: View, maps: Image, budget: Budget, families: Sequence[LineFamily]
@@ -177,6 +191,8 @@ class Model:
             score=optimum.score,
             evaluations=optimum.evaluations,
             converged=optimum.converged,
+            finished=True,
+            crumb=CRUMB,
         )
 
 
