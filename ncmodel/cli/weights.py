@@ -1,4 +1,4 @@
-"""`ncontours import-weights`: the published checkpoints as one of ours."""
+"""`ncontours import-weights` and `ncontours export-onnx`: networks that come from, or go to, other programs."""
 
 from pathlib import Path
 from typing import Annotated
@@ -24,3 +24,19 @@ def import_weights(
     counts = ", ".join(f"{name} ({count:,} parameters)" for name, count in parameters.items())
     record = {"checkpoint": str(output), "parameters": parameters, **checkpoint.training}
     emit(record, as_json, f"{counts} in {output}")
+
+
+def export_onnx(
+    model: Annotated[str, typer.Argument(metavar="MODEL", help="Checkpoint, or default: the one that ships.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Folder for ranker.onnx and translator.onnx.")],
+    as_json: Annotated[bool, typer.Option("--json", help="Print files and the maps they read as JSON.")] = False,
+) -> None:
+    """Write a model's networks as ONNX files."""
+    from ncmodel.nets.checkpoints import load_checkpoint
+    from ncmodel.nets.onnx_export import export_onnx as export
+    from ncmodel.nets.shipped import checkpoint_path
+
+    checkpoint = load_checkpoint(checkpoint_path(model))
+    files = {name: str(path) for name, path in export(checkpoint, output).items()}
+    maps = list(checkpoint.preset.inputs)
+    emit({"files": files, "maps": maps}, as_json, "\n".join([*files.values(), f"maps: {', '.join(maps)}"]))
