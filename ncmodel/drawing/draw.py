@@ -135,10 +135,8 @@ def draw(
     surface = _surface(shape, up, None if camera is None else camera.eye)
     placed = camera or Camera.orbit(surface.mesh.used_vertices, azimuth, elevation, size=arguments.size_of(size))
     view = View(surface, placed, crease_angle)
-    if model is None:
-        plan = asked
-    else:
-        plan = _chosen(model, view, variant, preset, None if lines is None else asked.families)
+    among = None if lines is None else asked.families
+    plan = asked if model is None else _chosen(model, view, variant, preset, among)
     plan = replace(plan, detail=asked.detail, min_length=asked.min_length)
     drawing = draw_view(seen_by(plan, view), plan, fineness)
     if camera is not None or isinstance(shape, Surface):

@@ -57,20 +57,33 @@ def choose_setting(
         image: (H, W) ink of the image branch, if that takes part.
         mirrored: Take the mean of the ranking module's scores of a drawing and of its mirror image.
     """
-    levels = Levels()
-    drawings = draw_layers(view, levels)
+    drawings = draw_layers(view, Levels())
     with timed(view.trace, "setting_choice"):
-        scores = setting_scores(drawings, maps, counting)
-        scores[~_allowed(levels, allowed)] = -np.inf
-        # Of drawings that people like as well, the one with fewer layers: a stable sort by layers comes first.
-        order = np.lexsort((levels.members.sum(axis=1), -scores))
-        looked_at = order[: shortlist if ranker is not None else 0]
-        looked_at = looked_at[np.isfinite(scores[looked_at])]
-        if ranker is not None and len(looked_at):
-            scores[looked_at] += counting.mix[2].item() * _pictures(drawings, looked_at, maps, ranker, image, mirrored)
-            best = int(looked_at[np.argmax(scores[looked_at])])
-        else:
-            best = int(order[0])
+        return choose_among(drawings, maps, counting, ranker, shortlist, allowed, image, mirrored)
+
+
+def choose_among(
+    drawings: LayeredDrawings,
+    maps: Image,
+    counting: StatisticsRanker,
+    ranker: RankingModule | None,
+    shortlist: int,
+    allowed: tuple[LineFamily, ...] = tuple(LineFamily),
+    image: Image | None = None,
+    mirrored: bool = False,
+) -> Choice:
+    """Choose a setting of a view whose layers are drawn; as `choose_setting`."""
+    levels, scores = drawings.levels, setting_scores(drawings, maps, counting)
+    scores[~_allowed(levels, allowed)] = -np.inf
+    # Of drawings that people like as well, the one with fewer layers: a stable sort by layers comes first.
+    order = np.lexsort((levels.members.sum(axis=1), -scores))
+    looked_at = order[: shortlist if ranker is not None else 0]
+    looked_at = looked_at[np.isfinite(scores[looked_at])]
+    if ranker is not None and len(looked_at):
+        scores[looked_at] += counting.mix[2].item() * _pictures(drawings, looked_at, maps, ranker, image, mirrored)
+        best = int(looked_at[np.argmax(scores[looked_at])])
+    else:
+        best = int(order[0])
     return Choice(levels.settings[best], float(scores[best]), len(looked_at) * (1 + mirrored))
 
 

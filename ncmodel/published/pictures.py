@@ -23,16 +23,19 @@ from ncmodel.model.calibration import preference_of
 from ncmodel.model.filters import line_drawing
 from ncmodel.model.letterbox import Square
 from ncmodel.model.picture_score import PictureScore
+from ncmodel.model.picture_statistics import picture_scores
 from ncmodel.model.predictor import Model, Variant
 from ncmodel.model.preference import UNCALIBRATED, Preference
 from ncmodel.model.ridge_detection import RidgeOptions, chained, find_ridges, polylines
 from ncmodel.model.score import DrawingScore
 from ncmodel.model.scoring import DrawingScores, Sheet, drawing_ink
+from ncmodel.model.setting_choice import choose_among
 from ncmodel.model.threshold_search import budget_named, optimise
 from ncmodel.nets.blocks import threads_for
 from ncmodel.published.folder import PublishedView
+from ncmodel.published.layers import filtered_lines, layers_of
 from ncmodel.published.model import BASE, PublishedModel
-from ncmodel.published.scoring import PublishedScore, filtered, strengths
+from ncmodel.published.scoring import PublishedScore
 from ncmodel.types import FILTERED_FAMILIES, Image, LineFamily, Stroke, Thresholds
 
 TRACED = RidgeOptions(sigma=1.0, low=0.1, high=0.2, length=4.0, full=1.0)
@@ -117,7 +120,7 @@ def draw_maps(
 
 
 def score_maps(view: PublishedView, drawings: Mapping[str, Sheet], model: Model) -> DrawingScores:
-    """Score drawings of a view of which only the maps are known, by the ranking module alone.
+    """Score drawings of a view of which only the maps are known.
 
     Args:
         view: The maps.
@@ -126,19 +129,22 @@ def score_maps(view: PublishedView, drawings: Mapping[str, Sheet], model: Model)
 
     Raises:
         InputError: A drawing isn't lines on paper in the maps' proportions.
-        UsageError: The model has no ranking module, or the maps have another size than the published networks see.
+        UsageError: The model ranks nothing, or the maps have another size than the published networks see.
     """
-    checkpoint = model.checkpoint
-    if checkpoint.ranker is None:
-        raise UsageError("this model has no ranking module, which alone can score a folder of maps")
+    checkpoint, counting = model.checkpoint, model.checkpoint.statistics
+    if checkpoint.ranker is None and counting is None:
+        raise UsageError("this model ranks nothing; expected one with a ranking module or a ranker on numbers")
     inks = [drawing_ink(name, drawing, *view.size) for name, drawing in drawings.items()]
-    if isinstance(model, PublishedModel):
+    maps = view.network_maps(checkpoint.preset.inputs)
+    found = np.zeros(len(inks))
+    if isinstance(model, PublishedModel) and checkpoint.ranker is not None:
         score = PublishedScore(checkpoint.ranker, view)
         found = np.array([score.of_picture(_sized(ink, view.size)) for ink in inks])
-    else:
-        found = PictureScore(checkpoint.ranker, view.network_maps(checkpoint.preset.inputs)).scores(inks)
-    if checkpoint.statistics is not None:
-        found = checkpoint.statistics.mix[2].item() * found
+    elif checkpoint.ranker is not None:
+        found = PictureScore(checkpoint.ranker, maps).scores(inks)
+    if counting is not None:
+        fitting = [_sized(ink, view.size) for ink in inks]
+        found = counting.mix[2].item() * found + picture_scores(fitting, layers_of(view), maps, counting)
     known = preference_of(checkpoint)
     scores = dict(zip(drawings, found.tolist(), strict=True))
     return DrawingScores(scores, known or Preference(UNCALIBRATED), known is not None)
@@ -153,13 +159,10 @@ def _sized(ink: Image, size: tuple[int, int]) -> Image:
 def _filtered(view: PublishedView, plan: Plan) -> PictureDrawing:
     """The lines that given thresholds leave, by the published filter."""
     values = [plan.thresholds.value(f) if f in plan.drawn else None for f in FILTERED_FAMILIES]
-    drawn = torch.tensor([value is not None for value in values])
-    t = torch.tensor([[value or 0.0 for value in values]])
-    parts = torch.from_numpy(view.lines), torch.from_numpy(strengths(view)), torch.from_numpy(view.n_dot_v)
-    lines, strength, facing = (part.flatten(-2) for part in parts)
-    strongest = (filtered(lines, strength, facing, t)[0] * drawn[:, None]).max(dim=0).values
-    always = np.maximum(view.base, view.boundaries) if LineFamily.BOUNDARIES in plan.families else view.base
-    return PictureDrawing(np.maximum(always, strongest.reshape(always.shape).numpy()), plan)
+    drawn = np.array([value is not None for value in values])
+    lines = filtered_lines(view, [value or 0.0 for value in values])[drawn]
+    always = [view.base, *([view.boundaries] if LineFamily.BOUNDARIES in plan.families else [])]
+    return PictureDrawing(np.maximum.reduce([*always, *lines]), plan)
 
 
 def _chosen(
@@ -176,8 +179,9 @@ def _chosen(
     if variant == "image":
         assert image is not None
         return PictureDrawing(image, Plan((), Thresholds(None, None, None, None)))
-    if checkpoint.ranker is None:
-        raise UsageError("this model has no ranking module, which alone can choose lines of a folder of maps")
+    if checkpoint.statistics is not None:
+        return _with_setting(view, model, image, preset, families)
+    assert checkpoint.ranker is not None, "its variants wouldn't have this one"
     allowed = np.array([family in families for family in FILTERED_FAMILIES], dtype=np.float32)
     lines = view.line_maps()
     lines = replace(lines, lines=lines.lines * allowed[:, None, None])
@@ -200,3 +204,19 @@ def _chosen(
         converged=optimum.converged,
     )
     return PictureDrawing(np.asarray(ink.reshape(always.shape).numpy()), plan)
+
+
+def _with_setting(
+    view: PublishedView, model: Model, image: Image | None, preset: str, families: Sequence[LineFamily]
+) -> PictureDrawing:
+    """What a model that counts ink chooses."""
+    checkpoint, budget, drawings = model.checkpoint, budget_named(preset), layers_of(view)
+    assert checkpoint.statistics is not None
+    maps, allowed = view.network_maps(checkpoint.preset.inputs), (*families, LineFamily.BOUNDARIES)
+    with threads_for(checkpoint.preset.ranking.width):
+        choice = choose_among(
+            drawings, maps, checkpoint.statistics, checkpoint.ranker, budget.shortlist, allowed, image, budget.mirrored
+        )
+    ink = drawings.drawing(drawings.levels.settings.index(choice.setting))
+    plan = replace(choice.setting.plan(), score=choice.score, evaluations=choice.evaluations)
+    return PictureDrawing(ink if image is None else np.maximum(ink, image), plan)

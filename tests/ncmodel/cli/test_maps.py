@@ -98,6 +98,19 @@ def test_both_ways_of_drawing_choose_thresholds_of_maps(
         assert (ink >= read_folder(folder / maps).base - 0.003).all()
 
 
+def test_the_model_that_ships_draws_and_scores_maps(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    maps, out = folder / "torus", tmp_path / "out.png"
+    record = printed(capsys, "draw", "--maps", maps, "-o", out, "--model", "default", "--preset", "instant")
+    assert record["threshold_unit"] == "rtsc"
+    assert 0.003 < (1 - read_grey(out)).mean() < 0.2
+    write_png(tmp_path / "all.png", np.rint(255 * (1 - read_folder(maps).lines.max(axis=0))).astype(np.uint8))
+    found = printed(capsys, "score", "--maps", maps, out, tmp_path / "all.png")
+    assert found["scores"]["out"] > found["scores"]["all"]
+    assert found["scores"]["out"] == pytest.approx(record["score"], abs=1.0)
+
+
 def test_without_a_model_thresholds_filter_the_lines_and_vector_files_are_traced(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
