@@ -9,12 +9,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ncmodel.data.data_folder import DataFolder
+from ncmodel.data.item import Item
 from ncmodel.drawing.draw import shortest_stroke, strokes_of
 from ncmodel.drawing.strokes import without_dots
 from ncmodel.drawing.thresholding import fade
 from ncmodel.export.page import line_width
 from ncmodel.export.png import strokes_ink
 from ncmodel.export.rasterize import draw_features
+from ncmodel.images import read_grey
 from ncmodel.nets.presets import CURVATURE_MAPS, MAPS, Percentile
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed
@@ -74,6 +77,19 @@ def network_maps(view: View, inputs: Sequence[str] = MAPS, percentile: Percentil
     if tuple(inputs) == MAPS:
         return np.concatenate([view.depth[None], view.shaded])
     return np.stack([_network_map(view, name, percentile) for name in inputs])
+
+
+def item_maps(data: DataFolder, item: Item, inputs: Sequence[str] = MAPS, percentile: Percentile = "view") -> Image:
+    """(K, H, W) what networks read of an item: its pictures, and curvature maps, which are computed from its mesh.
+
+    Raises:
+        InputError: A file is missing or damaged.
+    """
+    pictures = {name: read_grey(path) for name, path in zip(MAPS, data.map_paths(item), strict=True) if name in inputs}
+    computed = [name for name in inputs if name not in pictures]
+    if computed:
+        pictures |= dict(zip(computed, network_maps(data.open_view(item), computed, percentile), strict=True))
+    return np.stack([pictures[name] for name in inputs])
 
 
 def _network_map(view: View, name: str, percentile: Percentile) -> Image:

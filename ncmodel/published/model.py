@@ -148,8 +148,9 @@ class PublishedModel(Model):
             raise UsageError("this model has no image branch")
         names = translator.dims.inputs
         seen = torch.from_numpy(centred(maps[[MAPS.index(name) for name in names]], names))[None]
+        seen = seen.to(translator.standardise.scale)
         with torch.inference_mode():
-            return np.asarray(torch.sigmoid(-translator.translate(seen))[0, 0].numpy())
+            return np.asarray(torch.sigmoid(-translator.translate(seen))[0, 0].float().cpu().numpy())
 
 
 def load_model(path: str | Path, mode: Mode | None = None) -> Model:

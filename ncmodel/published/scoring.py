@@ -4,6 +4,7 @@ Letters in shapes: B drawings, P pixels that carry filtered lines, S side of the
 """
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 import torch
@@ -24,6 +25,7 @@ SMALLEST = 1e-12
 """Keeps quotients finite where a feature is 0."""
 
 HALVINGS = 40
+STEP = 0.005
 
 
 def filtered(lines: Tensor, strength: Tensor, facing: Tensor, thresholds: Tensor) -> Tensor:
@@ -45,6 +47,54 @@ def filtered(lines: Tensor, strength: Tensor, facing: Tensor, thresholds: Tensor
     return torch.cat([suggestive[:, None], others], dim=1) * lines
 
 
+class Fading:
+    """How much ink of one family is left at which threshold.
+
+    Args:
+        family: Its place in t.
+        lines: (4, P) ink.
+        strength: (4, P) what thresholds are compared with.
+        facing: (P,) n.v.
+    """
+
+    def __init__(self, family: int, lines: Tensor, strength: Tensor, facing: Tensor) -> None:
+        drawn = lines[family] > 0
+        self._family, self._facing = family, facing[drawn]
+        self._lines, self._strength = lines[:, drawn], strength[:, drawn]
+
+    @property
+    def present(self) -> bool:
+        """Whether the family has lines in this view."""
+        return self._lines.shape[1] > 0
+
+    def threshold(self, share: float) -> float:
+        """The t at which `share` of the ink is left, found by halving: ink falls as t rises. `last` for share 0."""
+        low, high = 0.0, self.last
+        if share <= 0.0:
+            return high
+        wanted = share * self._left(0.0)
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2
+            low, high = (middle, high) if self._left(middle) > wanted else (low, middle)
+        return low
+
+    def slope(self, share: float) -> float:
+        """dt/dshare there, over a hundredth of the ink."""
+        less, more = max(share - STEP, 0.0), min(share + STEP, 1.0)
+        return (self.threshold(more) - self.threshold(less)) / (more - less)
+
+    @cached_property
+    def last(self) -> float:
+        """The least t that leaves nothing, or `MOST`."""
+        against = self._facing.clamp(min=SMALLEST) if self._family == 0 else torch.ones_like(self._facing)
+        return min(float((self._strength[self._family] / against).max()), MOST) if self.present else 0.0
+
+    def _left(self, threshold: float) -> float:
+        """Ink that is left."""
+        t = torch.full((1, 4), threshold, dtype=self._lines.dtype)
+        return float(filtered(self._lines, self._strength, self._facing, t)[0, self._family].sum())
+
+
 class PublishedScore:
     """The ranking module's score of I(t), for one view; higher is better, unlike in the published code.
 
@@ -63,51 +113,44 @@ class PublishedScore:
 
     def __init__(self, ranker: RankingModule, view: PublishedView, image: Image | None = None) -> None:
         check_size(view)
-        self._ranker, self._dtype = ranker, ranker.head.weight.dtype
+        self._ranker, self._like = ranker, ranker.head.weight
         self._square = Square(HEIGHT, WIDTH, ranker.dims.size)
         names = ranker.dims.inputs
         self._maps = self._tensor(centred(self._square.fit(view.network_maps(names), BACKGROUND), names))[None]
         always = view.base if image is None else np.maximum(view.base, image)
         self._base = self._tensor(always).reshape(-1)
-        self._pixels = torch.from_numpy(np.flatnonzero(view.lines.any(axis=0)))
+        self._pixels = torch.from_numpy(np.flatnonzero(view.lines.any(axis=0))).to(self._like.device)
         self._lines = self._tensor(view.lines).reshape(4, -1)[:, self._pixels]
         self._facing = self._tensor(view.n_dot_v).reshape(-1)[self._pixels]
         self._strength = self._tensor(strengths(view)).reshape(4, -1)[:, self._pixels]
 
+    @cached_property
+    def fading(self) -> list["Fading"]:
+        """How each of the four families fades."""
+        lines, strength, facing = (part.double().cpu() for part in (self._lines, self._strength, self._facing))
+        return [Fading(family, lines, strength, facing) for family in range(len(lines))]
+
     @property
     def present(self) -> Mask:
         """(4,) which families have lines in this view."""
-        return np.asarray((self._lines > 0).any(dim=1).numpy())
+        return np.array([family.present for family in self.fading])
 
     def threshold_leaving(self, family: int, share: float) -> float:
-        """The t at which `share` of a family's ink is left, found by halving: ink falls as t rises."""
-        lines, strength = self._lines[family].double().numpy(), self._strength[family].double().numpy()
-        facing = self._facing.double().numpy() if family == 0 else np.ones_like(strength)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            last = np.where(lines > 0, strength / facing, 0.0)
-        low, high = 0.0, float(min(np.nanmax(last, initial=0.0), MOST))
-        if share <= 0.0:
-            return high
-        thresholds = torch.zeros(1, 4, dtype=self._dtype)
-        wanted = share * float(lines.sum())
-        for _ in range(HALVINGS):
-            thresholds[0, family] = (low + high) / 2
-            left = float(filtered(self._lines, self._strength, self._facing, thresholds)[0, family].double().sum())
-            low, high = (low + high) / 2 if left > wanted else low, high if left > wanted else (low + high) / 2
-        return low
+        """The t at which `share` of a family's ink is left."""
+        return self.fading[family].threshold(share)
 
     def scores(self, thresholds: Floats, boundaries: bool = False, rough: bool = False) -> Floats:
         """(B,) scores of (B, 4) thresholds; rough ones in bfloat16."""
-        with torch.inference_mode(), torch.autocast("cpu", torch.bfloat16, enabled=rough):
+        with torch.inference_mode(), torch.autocast(self._like.device.type, torch.bfloat16, enabled=rough):
             found = [self.score(self.drawings(self._tensor(t)[None])) for t in thresholds]
-        return torch.cat(found).double().numpy()
+        return torch.cat(found).double().cpu().numpy()
 
     def slope(self, thresholds: Floats, boundaries: bool = False) -> tuple[float, Floats]:
         """The score at one (4,) t, and its (4,) gradient."""
         t = self._tensor(thresholds)[None].requires_grad_()
         score = self.score(self.drawings(t))[0]
         (gradient,) = torch.autograd.grad(score, t)
-        return score.item(), gradient[0].double().numpy()
+        return score.item(), gradient[0].double().cpu().numpy()
 
     def drawings(self, thresholds: Tensor) -> Tensor:
         """(B, 4) thresholds -> (B, 1, H, W) drawings I(t): at each pixel the strongest line."""
@@ -135,10 +178,10 @@ class PublishedScore:
     def ink(self, thresholds: Sequence[float]) -> Image:
         """(H, W) the drawing at one t."""
         with torch.inference_mode():
-            return np.asarray(self.drawings(self._tensor(np.array([thresholds])))[0, 0].float().numpy())
+            return np.asarray(self.drawings(self._tensor(np.array([thresholds])))[0, 0].float().cpu().numpy())
 
     def _tensor(self, values: Floats | Image) -> Tensor:
-        return torch.from_numpy(np.ascontiguousarray(values)).to(self._dtype)
+        return torch.from_numpy(np.ascontiguousarray(values)).to(self._like)
 
 
 def strengths(view: PublishedView) -> Image:

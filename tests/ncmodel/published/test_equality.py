@@ -1,5 +1,7 @@
 """Imported networks say what the published ones say: held against a reference written from the facts alone."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -98,3 +100,18 @@ def test_ridge_detection_finds_the_same_pixels(view: PublishedView) -> None:
     expected = reference.ridge_pixels(paper.astype(np.float32))
     assert 0.005 < expected.mean() < 0.3
     assert (line_mask(paper.astype(np.float32)) == expected).mean() >= 0.999
+
+
+def test_shares_of_ink_and_thresholds_belong_together(model: PublishedModel, view: PublishedView) -> None:
+    assert model.checkpoint.ranker is not None
+    for family in range(4):
+        alone = np.zeros_like(view.lines)
+        alone[family] = view.lines[family]
+        score = PublishedScore(model.checkpoint.ranker, replace(view, base=np.zeros_like(view.base), lines=alone))
+        fading, whole = score.fading[family], float(alone.sum())
+        assert score.present.tolist() == [other == family for other in range(4)]
+        for share in (1.0, 0.6, 0.1):
+            left = float(score.ink([fading.threshold(share)] * 4).sum())
+            assert left == pytest.approx(share * whole, abs=1e-3 * whole)
+        assert fading.threshold(0.3) > fading.threshold(0.5)
+        assert fading.slope(0.4) == pytest.approx((fading.threshold(0.405) - fading.threshold(0.395)) / 0.01)
