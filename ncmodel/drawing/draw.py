@@ -9,8 +9,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
-import numpy as np
-
 from ncmodel.camera import DEFAULT_AZIMUTH, DEFAULT_ELEVATION, DEFAULT_SIZE, Camera
 from ncmodel.drawing import arguments
 from ncmodel.drawing.drawing import Drawing
@@ -28,14 +26,14 @@ from ncmodel.scene.orientation import turn_outwards
 from ncmodel.scene.seams import sew_seams
 from ncmodel.scene.stray_parts import stray_parts
 from ncmodel.scene.surface import CREASE_ANGLE, Surface
+from ncmodel.scene.terraces import without_terraces
+from ncmodel.scene.upright import looks_z_up
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed
 from ncmodel.types import (
     EVERYTHING,
     FILTERED_FAMILIES,
-    Floats,
     LineFamily,
-    Mask,
     Mesh,
     Segments,
     Stroke,
@@ -133,6 +131,8 @@ def draw(
     asked = arguments.plan_of(lines, thresholds, detail, min_length)
     _check(camera, model, azimuth=azimuth, elevation=elevation, crease_angle=crease_angle)
     surface = _surface(shape, up, None if camera is None else camera.eye)
+    if LineFamily.CREASES in asked.families and model is None:
+        surface = split_at_creases(surface, crease_angle)
     placed = camera or Camera.orbit(surface.mesh.used_vertices, azimuth, elevation, size=arguments.size_of(size))
     view = View(surface, placed, crease_angle)
     among = None if lines is None else asked.families
@@ -142,17 +142,20 @@ def draw(
     if camera is not None or isinstance(shape, Surface):
         return drawing
     with timed(surface.trace, "hints"):
-        return replace(drawing, notes=(*drawing.notes, *stray_parts(surface.whole)))
+        sideways = looks_z_up(surface.whole) if up == "y" and not isinstance(shape, Mesh) else ()
+        return replace(drawing, notes=(*drawing.notes, *stray_parts(surface.whole), *sideways))
 
 
 def seen_by(plan: Plan, view: View) -> View:
-    """The view that a plan is drawn of: a surface with creases is parted there, as flats between them don't curve.
+    """The view that a plan is drawn of: a finished drawing with creases is of the surface parted there.
+
+    Flats between creases don't curve, so that no lines of curvature are drawn on them.
 
     Args:
         plan: Whether it has creases.
         view: As it was planned for.
     """
-    if LineFamily.CREASES not in plan.families:
+    if not plan.finished or LineFamily.CREASES not in plan.families:
         return view
     surface = split_at_creases(view.surface, view.crease_angle)
     return view if surface is view.surface else View(surface, view.camera, view.crease_angle)
@@ -173,6 +176,8 @@ def draw_view(view: View, plan: Plan, fineness: Fineness = BALANCED) -> Drawing:
         assert threshold is not None, "families that are left out aren't drawn"
         drawn += strokes_of(view, visible_segments(view, family, threshold, fineness.sample_pixels), fineness)
     drawn += plan.strokes
+    if plan.rims and LineFamily.BOUNDARIES not in plan.drawn:
+        drawn += _rims(view, fineness)
     if plan.finished:
         drawn = list(finish(drawn, view, plan.crumb))
     mesh = view.mesh
@@ -217,19 +222,21 @@ def shortest_stroke(family: LineFamily, camera: Camera) -> float:
     return 0.0 if family in MESH_EDGES else SHORTEST_STROKE * page_scale(camera.width, camera.height)
 
 
+def _rims(view: View, fineness: Fineness) -> tuple[Stroke, ...]:
+    """As much of the boundaries as is the shape's outline."""
+    segments = visible_segments(view, LineFamily.BOUNDARIES, EVERYTHING, fineness.sample_pixels)
+    scale = page_scale(view.camera.width, view.camera.height)
+    return most_important(strokes_of(view, segments, fineness), 0.0, view.beyond, scale)
+
+
 def _chosen_strokes(view: View, plan: Plan, drawn: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
     """Those of the strokes that are long and important enough for the plan."""
     if plan.detail >= 1.0 and plan.min_length <= 0.0:
         return drawn
-    camera, scene = view.camera, view.surface.scene
-    scale = page_scale(camera.width, camera.height)
-
-    def beyond(pixels: Floats) -> Mask:
-        return np.asarray(scene.first_hit(view.eye, camera.rays(pixels))[1] < 0)
-
+    scale = page_scale(view.camera.width, view.camera.height)
     with timed(view.trace, "importance"):
-        long = without_short(drawn, plan.min_length, beyond, scale)
-        return most_important(long, plan.detail, beyond, scale)
+        long = without_short(drawn, plan.min_length, view.beyond, scale)
+        return most_important(long, plan.detail, view.beyond, scale)
 
 
 def _with_units(plan: Plan, view: View) -> Thresholds:
@@ -274,7 +281,8 @@ def _chosen(model: Chooser, view: View, variant: str | None, preset: str, asked:
     chosen = tuple(family for family in plan.families if family in asked)
     # These are no part of what every model can weigh; they are drawn if somebody wants them.
     wanted = (f for f in (LineFamily.CREASES, LineFamily.INTERSECTIONS) if f in asked and f not in chosen)
-    return replace(plan, families=(*chosen, *wanted), crumb=0.0)
+    rims = plan.rims and LineFamily.BOUNDARIES in asked
+    return replace(plan, families=(*chosen, *wanted), crumb=0.0, rims=rims)
 
 
 def _surface(shape: Mesh | Surface | str | Path, up: str, eye: tuple[float, float, float] | None) -> Surface:
@@ -292,4 +300,4 @@ def _surface(shape: Mesh | Surface | str | Path, up: str, eye: tuple[float, floa
         arguments.expect("shape", shape, (str, Path), expected)
         with timed(trace, "load"):
             mesh = load_mesh(shape, up)
-    return turn_outwards(sew_seams(Surface(mesh, trace)), eye)
+    return without_terraces(turn_outwards(sew_seams(Surface(mesh, trace)), eye))

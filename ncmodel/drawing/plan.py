@@ -33,6 +33,7 @@ class Plan:
             all as they are found, as for what is measured or learnt from.
         crumb: Share of the picture's shorter side: strokes of less ink are left out, unless there is a reason for them;
             of finished drawings.
+        rims: Where boundaries aren't drawn, those that are the shape's outline are all the same: an outline is closed.
         detail: Share of the lines inside the outline that is drawn, the most important first; 1 draws all of them.
         min_length: Pixels, at 768, of the shortest strokes that are drawn beside the outline's.
     """
@@ -45,6 +46,7 @@ class Plan:
     converged: bool = True
     finished: bool = False
     crumb: float = 0.0
+    rims: bool = False
     detail: float = 1.0
     min_length: float = 0.0
 

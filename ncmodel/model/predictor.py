@@ -165,6 +165,7 @@ class Model:
             evaluations=choice.evaluations,
             finished=True,
             crumb=CRUMB,
+            rims=True,
         )
 
     def _with_geometry(
@@ -193,6 +194,7 @@ class Model:
             converged=optimum.converged,
             finished=True,
             crumb=CRUMB,
+            rims=True,
         )
 
 

@@ -13,7 +13,7 @@ from ncmodel.lines.edges import bent_to
 from ncmodel.scene import creases
 from ncmodel.scene.surface import CREASE_ANGLE, Surface
 from ncmodel.tracing import stage, timed
-from ncmodel.types import Floats, Image, LineFamily, LineSet, ViewBuffers
+from ncmodel.types import Floats, Image, LineFamily, LineSet, Mask, ViewBuffers
 
 PERCENTILE = 90.0
 """Of a feature map: the unit of t in equations 1-4."""
@@ -173,6 +173,10 @@ class View:
                 found = bent_to(found, vertices, whole.rings, self.eye, math.radians(angle))
             return found.lines(family, vertices)
         return creases.off_flats(self.lines(family), self.surface)
+
+    def beyond(self, pixels: Floats) -> Mask:
+        """(N,) True for the (N, 2) pixels beyond the shape, where the background is seen."""
+        return np.asarray(self.surface.scene.first_hit(self.eye, self.camera.rays(pixels))[1] < 0)
 
     def unhidden(self, lines: LineSet, sample_pixels: float = 1.0) -> LineSet:
         """The parts of lines that the camera sees.
