@@ -8,6 +8,7 @@ import torch
 from torch import nn
 
 from ncmodel.published.weights import PRESET
+from tests.helpers.published_reference import Ranking, Translation, randomise
 
 NARROW = replace(PRESET, translation=replace(PRESET.translation, width=2), ranking=replace(PRESET.ranking, width=4))
 """The published networks, narrow enough to be quick."""
@@ -19,3 +20,11 @@ def save_weights(folder: Path, networks: Mapping[str, nn.Module]) -> tuple[Path,
     for path, name in zip(paths, ("ranker", "translator"), strict=True):
         torch.save(networks[name].state_dict(), path)
     return paths
+
+
+def narrow_networks() -> dict[str, nn.Module]:
+    """The reference's networks of these widths, with random weights and batch-norm statistics."""
+    return {
+        "ranker": randomise(Ranking(NARROW.ranking.width), 1),
+        "translator": randomise(Translation(NARROW.translation.width), 2),
+    }

@@ -24,7 +24,7 @@ from tests.helpers import analytic
 from tests.helpers import published_reference as reference
 from tests.helpers.commands import complaint, printed
 from tests.helpers.micro_training import MICRO
-from tests.helpers.published_weights import NARROW, save_weights
+from tests.helpers.published_weights import NARROW, narrow_networks, save_weights
 
 pytestmark = pytest.mark.usefixtures("one_thread")
 
@@ -32,10 +32,7 @@ pytestmark = pytest.mark.usefixtures("one_thread")
 @pytest.fixture(scope="module")
 def networks() -> dict[str, nn.Module]:
     """The published networks, narrow, with random weights."""
-    return {
-        "ranker": reference.randomise(reference.Ranking(NARROW.ranking.width), 1),
-        "translator": reference.randomise(reference.Translation(NARROW.translation.width), 2),
-    }
+    return narrow_networks()
 
 
 @pytest.fixture(scope="module")

@@ -12,21 +12,13 @@ from ncmodel.nets.checkpoints import build_network
 from ncmodel.published.weights import PRESET, import_weights, ranker_names, translator_names
 from tests.helpers import published_reference as reference
 from tests.helpers.commands import complaint
-from tests.helpers.published_weights import NARROW, save_weights
-
-
-def networks() -> dict[str, nn.Module]:
-    """The reference's networks, narrow."""
-    return {
-        "ranker": reference.randomise(reference.Ranking(NARROW.ranking.width), 1),
-        "translator": reference.randomise(reference.Translation(NARROW.translation.width), 2),
-    }
+from tests.helpers.published_weights import NARROW, narrow_networks, save_weights
 
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     """Ranking module and image branch."""
-    return save_weights(tmp_path_factory.mktemp("weights"), networks())
+    return save_weights(tmp_path_factory.mktemp("weights"), narrow_networks())
 
 
 def test_the_published_architectures_have_their_numbers_of_parameters_under_their_names() -> None:
