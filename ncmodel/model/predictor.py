@@ -51,11 +51,14 @@ class Model:
         checkpoint: The networks.
     """
 
+    layout = torch.channels_last
+    """Of the networks in memory: the quickest."""
+
     def __init__(self, checkpoint: Checkpoint) -> None:
         self.checkpoint = checkpoint
         for network in checkpoint.networks.values():
             network.eval().requires_grad_(False)
-            network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+            network.to(memory_format=self.layout)  # type: ignore[call-overload]
 
     @property
     def variants(self) -> tuple[Variant, ...]:
@@ -69,6 +72,17 @@ class Model:
         if "statistics" in have:
             have.add("ranker")  # it ranks by itself
         return tuple(variant for variant, names in needs.items() if set(names) <= have)
+
+    def known_variant(self, variant: Variant | None) -> Variant:
+        """The variant that is meant: all that the model has for None.
+
+        Raises:
+            UsageError: The model lacks a network that it needs.
+        """
+        variant = variant or self.variants[0]
+        if variant not in self.variants:
+            raise ArgumentError("variant", repr(variant), f"one of {', '.join(self.variants)}, which this model offers")
+        return variant
 
     def choose(
         self,
@@ -95,11 +109,9 @@ class Model:
         if budget == "instant" and self.checkpoint.statistics is None:
             raise ArgumentError("preset", "'instant'", "draft, balanced or accurate: this model doesn't count ink")
         budget = budget_named(budget) if isinstance(budget, str) else budget
-        variant = variant or self.variants[0]
-        if variant not in self.variants:
-            raise ArgumentError("variant", repr(variant), f"one of {', '.join(self.variants)}, which this model offers")
+        variant, preset = self.known_variant(variant), self.checkpoint.preset
         seen = as_seen(view)
-        maps = network_maps(seen)
+        maps = network_maps(seen, preset.inputs, preset.percentile)
         strokes = () if variant == "geometry" else self._image_lines(maps, seen)
         plan = Plan((), Thresholds(None, None, None, None, unit="p90"), strokes)
         if variant != "image" and self.checkpoint.statistics is not None:
@@ -110,7 +122,7 @@ class Model:
         return replace(plan, strokes=tuple(replace(s, points=s.points * scale) for s in plan.strokes))
 
     def probability(self, maps: Image) -> Image:
-        """(S, S) line probability that the image branch sees in (7, H, W) maps, at its own resolution.
+        """(S, S) line probability that the image branch sees in (K, H, W) maps, at its own resolution.
 
         Raises:
             UsageError: The model has no image branch.
@@ -162,7 +174,7 @@ class Model:
         """The plan with thresholds and families decided by the ranking module."""
         ranker = self.checkpoint.ranker
         assert ranker is not None
-        lines = line_maps(seen, families)
+        lines = line_maps(seen, families, self.checkpoint.preset.percentile)
         image = strokes_ink(plan.strokes, seen.camera) if plan.strokes else None
         with timed(seen.trace, "threshold_search"), threads_for(ranker.dims.width):
             score = DrawingScore(ranker, maps, lines, image, budget.mirrored)
