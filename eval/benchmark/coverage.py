@@ -6,12 +6,12 @@ line, every pixel must lie on what rays see, and every pixel of a line that they
 """
 
 import itertools
-import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from eval.benchmark.each_view import VIEWS, ViewRow, measure_views
 from eval.benchmark.polylines import distance, ends, sampled
 from ncmodel.camera import Camera
 from ncmodel.drawing.draw import draw, visible_segments
@@ -23,8 +23,6 @@ from ncmodel.scene.surface import CREASE_ANGLE, Surface
 from ncmodel.scene.view import View
 from ncmodel.types import EVERYTHING, FILTERED_FAMILIES, Floats, LineFamily, Mask
 
-VIEWS = ((30.0, 20.0), (110.0, -10.0), (200.0, 45.0), (285.0, 5.0), (340.0, 75.0))
-"""Azimuth and elevation, degrees."""
 SIZE = 512
 """Side of the picture, pixels."""
 RAYS = 2
@@ -48,17 +46,12 @@ STRAIGHT = 0.85
 BACKGROUND = 1e3
 """Depth where nothing is met."""
 
-MEANS = ("outline", "jumps", "hidden", "lost", "gaps")
-
 
 @dataclass(frozen=True)
-class Coverage:
+class Coverage(ViewRow):
     """How complete and how right the lines of one view are.
 
     Attributes:
-        shape: Its name.
-        azimuth: Degrees.
-        elevation: Degrees.
         outline: Share of the outline before the background that has a contour, boundary or crease within `NEAR`.
         jumps: The same of where one part of the shape ends before another.
         hidden: Share of all families' lines, by length on the picture, drawn behind what is seen.
@@ -66,9 +59,6 @@ class Coverage:
         gaps: Short gaps in contours.
     """
 
-    shape: str
-    azimuth: float
-    elevation: float
     outline: float
     jumps: float
     hidden: float
@@ -90,22 +80,7 @@ def measure_coverage(
         views: Azimuth and elevation, degrees.
         size: Side of the pictures, pixels.
     """
-    found = []
-    for surface in surfaces:
-        for azimuth, elevation in views:
-            camera = Camera.orbit(surface.mesh.used_vertices, azimuth, elevation, size=(size, size))
-            found.append(Coverage(surface.mesh.name, azimuth, elevation, *_measure(surface, camera)))
-        advance(surface.mesh.name)
-    return found
-
-
-def mean_coverage(found: Sequence[Coverage]) -> list[Coverage]:
-    """One row a shape, the means over its views, and one over all shapes."""
-    rows = []
-    for shape in dict.fromkeys(each.shape for each in found):
-        mine = [each for each in found if each.shape == shape]
-        rows.append(Coverage(shape, math.nan, math.nan, *(_mean(mine, name) for name in MEANS)))
-    return [*rows, Coverage("mean", math.nan, math.nan, *(_mean(rows, name) for name in MEANS))]
+    return measure_views(Coverage, _measure, surfaces, advance, views, size)
 
 
 def coverage_rows(found: Sequence[Coverage]) -> list[list[str]]:
@@ -225,7 +200,3 @@ def _depth(scene: RayScene, camera: Camera, pixels: Floats) -> Floats:
 def _share(chosen: Mask | Floats, weight: Floats, empty: float = 1.0) -> float:
     """The share of weight that is chosen; `empty` without any."""
     return float((chosen * weight).sum() / weight.sum()) if weight.sum() > 0 else empty
-
-
-def _mean(found: Sequence[Coverage], name: str) -> float:
-    return math.fsum(getattr(each, name) for each in found) / len(found)

@@ -14,8 +14,7 @@ from typing import Protocol, TypeVar
 
 import eval.benchmark
 import ncmodel
-from eval.benchmark.coverage import Coverage
-from eval.benchmark.neatness import Neatness
+from eval.benchmark.each_view import ViewRow
 from ncmodel.errors import NeuralContoursError, printable
 from ncmodel.files import write_text
 from ncmodel.scene.orientation import turn_outwards
@@ -23,7 +22,7 @@ from ncmodel.scene.seams import sew_seams
 from ncmodel.scene.surface import Surface
 from ncmodel.types import Mesh
 
-Row = TypeVar("Row", bound=Coverage | Neatness)
+Row = TypeVar("Row", bound=ViewRow)
 KEY = "measured_on"
 """The column that tells mesh and code."""
 

@@ -6,11 +6,11 @@ at least a quarter of full ink: a dash that fades out ends where it is hardly th
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
-from eval.benchmark.coverage import VIEWS
+from eval.benchmark.each_view import VIEWS, ViewRow, measure_views
 from eval.benchmark.polylines import distance, ends, length_of, meeting, sampled
 from ncmodel.camera import DEFAULT_SIZE, Camera
 from ncmodel.drawing.draw import draw
@@ -47,13 +47,10 @@ _RANK = {family.value: rank for rank, family in enumerate(LineFamily)}
 
 
 @dataclass(frozen=True)
-class Neatness:
+class Neatness(ViewRow):
     """How neat the default drawing of one view is; of everything less is better.
 
     Attributes:
-        shape: Its name.
-        azimuth: Degrees.
-        elevation: Degrees.
         jaggedness: Degrees that lines turn to and fro, on 100 pixels of line.
         dashes: Gaps between ends that continue each other.
         dash_length: Their length together, pixels.
@@ -62,18 +59,12 @@ class Neatness:
         open_outlines: Ends of the outline that meet nothing.
     """
 
-    shape: str
-    azimuth: float
-    elevation: float
     jaggedness: float
     dashes: float
     dash_length: float
     doubles: float
     crumbs: float
     open_outlines: float
-
-
-MEASURES = tuple(field.name for field in fields(Neatness))[3:]
 
 
 def measure_neatness(
@@ -90,23 +81,7 @@ def measure_neatness(
         views: Azimuth and elevation, degrees.
         size: Side of the pictures, pixels.
     """
-    found = []
-    for surface in surfaces:
-        for azimuth, elevation in views:
-            camera = Camera.orbit(surface.mesh.used_vertices, azimuth, elevation, size=(size, size))
-            strokes, hit = draw(surface, camera).strokes, surface.scene.render(camera).hit
-            found.append(Neatness(surface.mesh.name, azimuth, elevation, *_measure(strokes, hit)))
-        advance(surface.mesh.name)
-    return found
-
-
-def mean_neatness(found: Sequence[Neatness]) -> list[Neatness]:
-    """One row a shape, the means over its views, and one over all shapes."""
-    rows = []
-    for shape in dict.fromkeys(each.shape for each in found):
-        mine = [each for each in found if each.shape == shape]
-        rows.append(Neatness(shape, math.nan, math.nan, *(_mean(mine, name) for name in MEASURES)))
-    return [*rows, Neatness("mean", math.nan, math.nan, *(_mean(rows, name) for name in MEASURES))]
+    return measure_views(Neatness, _measure, surfaces, advance, views, size)
 
 
 def neatness_rows(found: Sequence[Neatness]) -> list[list[str]]:
@@ -240,8 +215,9 @@ def open_ends(strokes: Sequence[Stroke], hit: Mask) -> int:
     return int((full & outline & ~meeting(lines, OUTLINE)).sum())
 
 
-def _measure(strokes: Sequence[Stroke], hit: Mask) -> tuple[float, float, float, float, float, float]:
-    """The measures of one view."""
+def _measure(surface: Surface, camera: Camera) -> tuple[float, float, float, float, float, float]:
+    """The measures of one view's default drawing."""
+    strokes, hit = draw(surface, camera).strokes, surface.scene.render(camera).hit
     lines = seen(strokes)
     gaps = dash_gaps(lines)
     return (
@@ -281,7 +257,3 @@ def _ink(stroke: Stroke) -> float:
     steps = np.linalg.norm(np.diff(stroke.points, axis=0), axis=1)
     opacity = (stroke.alpha[:-1] + stroke.alpha[1:]) / 2
     return float((steps * opacity).sum()) * RELATIVE_WIDTH.get(stroke.family, 1.0)
-
-
-def _mean(found: Sequence[Neatness], name: str) -> float:
-    return math.fsum(getattr(each, name) for each in found) / len(found)

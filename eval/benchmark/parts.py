@@ -5,6 +5,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from eval.benchmark import coverage, neatness
+from eval.benchmark.each_view import VIEWS, mean_rows
 from eval.benchmark.kept_rows import measure_kept
 from ncmodel.camera import DEFAULT_SIZE
 from ncmodel.report.part import Part
@@ -25,13 +26,13 @@ def coverage_part(meshes: Sequence[Mesh], folder: Path, failures: list[str], adv
     failures += failed
     low, high = coverage.GAP
     text = (
-        f"{len(coverage.VIEWS)} views of {coverage.SIZE} pixels each. Drawn: the share of the outline before the "
+        f"{len(VIEWS)} views of {coverage.SIZE} pixels each. Drawn: the share of the outline before the "
         f"background and of where depth jumps by {coverage.JUMP:g} of the shape's size, with a contour, boundary or "
         f"crease within {coverage.NEAR:g} pixels. Hidden: ink of all families more than {coverage.BEHIND:g} behind "
         f"what is seen around it. Lost: what is seen of lines and not drawn; of contours, where depth jumps. Gaps: of "
         f"{low:g} to {high:g} pixels in contours, a view."
     )
-    rows = coverage.coverage_rows(coverage.mean_coverage(found) if found else [])
+    rows = coverage.coverage_rows(mean_rows(found))
     return Part("coverage", "Drawings against rays", text, rows, [asdict(row) for row in found])
 
 
@@ -49,12 +50,12 @@ def neatness_part(meshes: Sequence[Mesh], folder: Path, failures: list[str], adv
     failures += failed
     low, high = neatness.DASH_GAP
     text = (
-        f"The default drawing from {len(coverage.VIEWS)} views of {DEFAULT_SIZE} pixels each; less is better. "
+        f"The default drawing from {len(VIEWS)} views of {DEFAULT_SIZE} pixels each; less is better. "
         f"Jaggedness: degrees of turns that a line takes back within {neatness.BACK:g} pixels, on 100 pixels of line. "
         f"Dashes: gaps of {low:g} to {high:g} pixels between ends that continue each other, how many a view and their "
         f"length together. Doubles: share of the lines' length that runs within {neatness.DOUBLE:g} pixels along "
         f"another family's line. Crumbs: share of the ink in strokes under {neatness.CRUMB:.0%} of the picture. Open "
         "outlines: ends of the outline that meet no line."
     )
-    rows = neatness.neatness_rows(neatness.mean_neatness(found) if found else [])
+    rows = neatness.neatness_rows(mean_rows(found))
     return Part("neatness", "How neat drawings are", text, rows, [asdict(row) for row in found])

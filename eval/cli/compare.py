@@ -21,6 +21,7 @@ Models = Annotated[
 Views = Annotated[
     str, typer.Option(help="Whose views: held-out (shapes that aren't trained on), validation, train or all.")
 ]
+Shapes = Annotated[str | None, typer.Option(help="Of these only the views of some shapes, a,b,c. (default all)")]
 Baseline = Annotated[str, typer.Option(help="Row that the others are compared with.")]
 Preset = Annotated[str, typer.Option(help="Of the models: draft, balanced or accurate.")]
 Device = Annotated[str, typer.Option(help="Where the models compute: cpu, cuda, ...")]
@@ -39,6 +40,7 @@ def compare(
     references: References = "simulated",
     models: Models = None,
     views: Views = "held-out",
+    shapes: Shapes = None,
     baseline: Baseline = "all-grid",
     preset: Preset = "balanced",
     device: Device = "cpu",
@@ -58,6 +60,7 @@ def compare(
         models=models or (),
         references=references,
         views=views,
+        shapes=shapes.split(",") if shapes else (),
         baseline=baseline,
         preset=preset,
         device=device,

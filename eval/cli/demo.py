@@ -23,5 +23,5 @@ def demo(
     claim_folder(out_dir, f"quick = {str(quick).lower()}\nseed = {seed}\n")
     stages = pipeline_stages(out_dir, plan, seed)
     measured = run_stages(stages, out_dir)
-    summary = write_demo_report(out_dir, [(stage, measured[stage.name]) for stage in stages])
+    summary = write_demo_report(out_dir, plan, [(stage, measured[stage.name]) for stage in stages])
     emit(summary, as_json, summary_text(summary))

@@ -31,6 +31,7 @@ class Options:
         models: Checkpoints, or "default" for the one that ships; none compares the classic methods alone.
         references: "simulated", or a folder of people's drawings.
         views: Which shapes' views: "held-out", "validation", "train" or "all".
+        shapes: Of these only those of some shapes; of all by default.
         baseline: The row that others are compared with.
         preset: Of the models' search.
         device: Where the models compute.
@@ -44,6 +45,7 @@ class Options:
     models: Sequence[Path] = ()
     references: str = "simulated"
     views: str = "held-out"
+    shapes: Sequence[str] = ()
     baseline: str = "all-grid"
     preset: str = "balanced"
     device: str = "cpu"
@@ -94,7 +96,7 @@ def compare_methods(
     if options.baseline not in rows:
         raise ArgumentError("baseline", repr(options.baseline), f"one of {', '.join(rows)}")
     references = references_of(options.references, data)
-    items = views_to_compare(data, read, references, options.views)
+    items = views_to_compare(data, read, references, options.views, options.shapes)
     best = best_drawings(read)
     training = _tuned_on(read, best, options.tuning_views, pairs)
     tuned = tune(data, training, options.settings, runner, options.levels, progress)

@@ -160,7 +160,9 @@ def measure_view(task: ViewTask) -> dict[str, Any]:
     rankers: dict[str, dict[str, Any]] = {}
     eight = [selected.drawing(number) for number in range(len(selected.scores))]
     for label, model in models.items():
-        for by, said in opinions(model, network_maps(view), eight, settings_of(data, item), settings).items():
+        preset = model.checkpoint.preset
+        seen = network_maps(view, preset.inputs, preset.percentile)
+        for by, said in opinions(model, seen, eight, settings_of(data, item), settings).items():
             name = " ".join(part for part in (label, by) if part)
             rankers[name] = _ranked(said, everything)
             if by == WHOLE:

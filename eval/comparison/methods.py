@@ -10,7 +10,7 @@ import numpy as np
 
 from eval.baselines import canny, grid, rtsc
 from eval.comparison.tuning import Tuned
-from ncmodel.drawing.draw import PRESETS, draw, draw_view
+from ncmodel.drawing.draw import draw, draw_view
 from ncmodel.drawing.drawing import Drawing
 from ncmodel.drawing.plan import Plan
 from ncmodel.errors import ArgumentError
@@ -115,7 +115,8 @@ class Learned:
 
     def draw(self, view: View) -> Drawn:
         """See `Method.draw`."""
-        return Drawn.of(draw_view(view, self.model.choose(view, self.variant, self.preset), PRESETS[self.preset]))
+        drawing = draw(view.surface, view.camera, model=self.model, variant=self.variant, preset=self.preset)
+        return Drawn.of(drawing)
 
 
 def classic_methods(tuned: Tuned) -> list[Method]:

@@ -130,7 +130,9 @@ def references_of(where: str, data: DataFolder) -> SimulatedReferences | FolderR
     return SimulatedReferences(data.root) if where == "simulated" else FolderReferences.found_in(Path(where))
 
 
-def views_to_compare(data: DataFolder, pairs: Sequence[Pair], references: References, which: str) -> list[Item]:
+def views_to_compare(
+    data: DataFolder, pairs: Sequence[Pair], references: References, which: str, shapes: Sequence[str] = ()
+) -> list[Item]:
     """The views that have references, of the shapes asked for.
 
     Args:
@@ -138,17 +140,22 @@ def views_to_compare(data: DataFolder, pairs: Sequence[Pair], references: Refere
         pairs: Ranking pairs: shapes with pairs of the split "train" are trained on.
         references: What drawings are judged by.
         which: One of `Which`.
+        shapes: Only views of these; of all by default.
 
     Raises:
-        ArgumentError: There is no such choice, or no such view.
+        ArgumentError: There is no such choice, no such shape, or no such view.
         InputError: It isn't a data folder, or a reference can't be used.
     """
     if which not in get_args(Which):
         raise ArgumentError("views", repr(which), f"one of {', '.join(get_args(Which))}")
-    shapes = {split: {pair.item.shape for pair in pairs if pair.split == split} for split in ("train", "validation")}
+    used = {split: {pair.item.shape for pair in pairs if pair.split == split} for split in ("train", "validation")}
     items = data.items()
-    asked = [item for item in items if which == "all" or (item.shape not in shapes["train"] and which == "held-out")]
-    asked += [item for item in items if item.shape in shapes.get(which, ())]
+    if unknown := sorted(set(shapes) - {item.shape for item in items}):
+        raise ArgumentError("shapes", ", ".join(unknown), f"shapes of {data.root}")
+    if shapes:
+        items = [item for item in items if item.shape in shapes]
+    asked = [item for item in items if which == "all" or (item.shape not in used["train"] and which == "held-out")]
+    asked += [item for item in items if item.shape in used.get(which, ())]
     if not asked:
         raise ArgumentError("views", f"{which}, and no such view among {len(items)} in {data.root}", "others, or all")
     if isinstance(references, FolderReferences):

@@ -1,15 +1,15 @@
 """The whole pipeline, from mesh files to an evaluated model, on meshes that installed packages bundle."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from eval.demo.stages import Stage, command_stage
 from ncmodel.errors import InputError, UsageError
-from ncmodel.files import write_bytes, write_text
+from ncmodel.files import write_text
 
 BUNDLED = ("bunny.obj", "airplane.obj", "cow.obj", "bone.ply", "rangemaps/face000.ply")
-"""Real meshes among the sample meshes in pymeshlab's wheel."""
+"""Real meshes among the sample meshes in pymeshlab's wheel. No model is trained on them."""
 
 
 @dataclass(frozen=True)
@@ -17,29 +17,37 @@ class Plan:
     """How much the demo does.
 
     Attributes:
-        made: Shapes made in code, besides the bundled meshes.
-        held_out: How many of these are kept from training, besides the real ones.
+        training: Made shapes to train on.
+        test: Made shapes of families that nothing is trained on.
         size: Pixels of a view's side.
         effort: Of the search for thresholds.
+        tuning_views: Training views that baselines are tuned on.
         epochs: Passes over the training data in each stage; the preset's by default.
-        bundled: The bundled meshes that take part.
-        real_held_out: The shapes among these that are kept from training.
+        bundled: The real meshes, which nothing is trained on either.
+        smoke: Whether it only shows that everything works.
     """
 
-    made: int
-    held_out: int
+    training: int
+    test: int
     size: int
     effort: str
+    tuning_views: int
     epochs: int | None = None
     bundled: tuple[str, ...] = BUNDLED
-    real_held_out: tuple[str, ...] = ("bunny", "cow")
+    smoke: bool = False
 
 
 NOISE = 0.15
 """Of simulated participants: three in five views then find a consensus, as with the paper's participants."""
+LEAST_FACES = 500
+"""Some of the made shapes are coarse."""
+VALIDATION_SHARE = 8
+"""Of the shapes that may be trained on, every so many-th watches over training instead."""
 
-FULL = Plan(made=80, held_out=10, size=768, effort="balanced")
-QUICK = Plan(made=11, held_out=2, size=384, effort="draft")
+FULL = Plan(training=64, test=8, size=768, effort="balanced", tuning_views=12)
+QUICK = Plan(
+    training=12, test=2, size=384, effort="draft", tuning_views=4, bundled=("bunny.obj", "cow.obj"), smoke=True
+)
 
 
 def claim_folder(out_dir: Path, settings: str) -> None:
@@ -61,9 +69,7 @@ def claim_folder(out_dir: Path, settings: str) -> None:
 
 def pipeline_stages(out: Path, plan: Plan, seed: int) -> list[Stage]:
     """The stages, in order."""
-    from eval.demo.held_out import draw_held_out, split_for_training
-
-    held_out = held_out_shapes(plan)
+    held_out = held_out_shapes(plan, seed)
     seeded = ("--seed", str(seed))
     meshes, data = out / "meshes", out / "data"
     batch, results = out / "batch", out / "simulated-results.csv"
@@ -74,12 +80,21 @@ def pipeline_stages(out: Path, plan: Plan, seed: int) -> list[Stage]:
     def command(name: str, title: str, *argv: object, output: Path, resumes: bool = True) -> Stage:
         return command_stage(name, title, [str(word) for word in argv], (output,), resumes)
 
+    def shapes(name: str, title: str, count: int, split: str) -> Stage:
+        last = meshes / f"{_shape_names(count, seed, split)[-1]}.ply"
+        return command(
+            name, title, *("dataset", "shapes", meshes, "--count", count, "--split", split, *seeded), output=last
+        )
+
     return [
-        Stage("meshes", "Collect and make meshes", make_meshes, (meshes, plan, seed), (meshes,)),
+        Stage("bundled", "Link real meshes", link_bundled, (meshes, plan.bundled), (meshes,)),
+        shapes("shapes", "Make shapes to train on", plan.training, "training"),
+        shapes("test-shapes", "Make shapes of families that nothing is trained on", plan.test, "test"),
         command(
             "dataset",
             "Clean, two views each, 264 candidates, 8 selected",
-            *("dataset", "build", meshes, data, "--workers", 2, "--size", plan.size, *seeded),
+            *("dataset", "build", meshes, data, "--workers", 2, "--size", plan.size, "--min-faces", LEAST_FACES),
+            *seeded,
             output=data / "index.csv",
         ),
         command(
@@ -121,39 +136,54 @@ def pipeline_stages(out: Path, plan: Plan, seed: int) -> list[Stage]:
             *("train", data, training, "-o", model, "--preset", "tiny", *epochs, *seeded),
             output=model,
         ),
-        Stage(
-            "drawings",
-            "Draw the held-out views by every method",
-            draw_held_out,
-            (out, held_out, plan.effort),
-            (out / "held-out" / "model.json",),
+        command(
+            "compare",
+            "Draw the held-out views by every method, by this model and by the one that ships",
+            *("compare", data, pairs, "--model", model, "--model", "default", "-o", out / "comparison"),
+            *("--shapes", ",".join(held_out)),
+            *("--preset", plan.effort, "--tuning-views", plan.tuning_views, "--workers", 2),
+            output=out / "comparison" / "compare.json",
         ),
     ]
 
 
-def held_out_shapes(plan: Plan) -> list[str]:
-    """The shapes that training never sees: real ones, and the last of those made."""
-    from dataset_tools.simulation.shapes import shape_names
-
-    return [*plan.real_held_out, *shape_names(plan.made)[-plan.held_out :]]
+def held_out_shapes(plan: Plan, seed: int = 0) -> list[str]:
+    """The shapes that nothing is trained on: all real ones, and made ones of families of their own."""
+    return [*(Path(name).stem for name in plan.bundled), *_shape_names(plan.test, seed, "test")]
 
 
-def make_meshes(folder: Path, plan: Plan, seed: int) -> None:
-    """Link the meshes that pymeshlab's wheel bundles, and write those made in code.
+def _shape_names(count: int, seed: int, split: str) -> list[str]:
+    from dataset_tools.collection.selection import shape_names
+
+    return shape_names(count, seed, split=split)
+
+
+def link_bundled(folder: Path, names: Sequence[str]) -> None:
+    """Link meshes that pymeshlab's wheel bundles.
 
     Raises:
         InputError: The installed pymeshlab lacks its sample meshes.
     """
-    from dataset_tools.simulation.shapes import make_shapes
-    from ncmodel.mesh.ply import ply_bytes
-
     folder.mkdir(parents=True, exist_ok=True)
-    for path in bundled_meshes(plan.bundled):
+    for path in bundled_meshes(names):
         link = folder / path.name
         link.unlink(missing_ok=True)
         link.symlink_to(path)
-    for mesh in make_shapes(plan.made, seed):
-        write_bytes(folder / f"{mesh.name}.ply", ply_bytes(mesh))
+
+
+def split_for_training(pairs: Path, held_out: Sequence[str], output: Path) -> None:
+    """Write the pairs that training may see: none of held-out shapes, and a validation split of its own.
+
+    The choice of the best epoch looks at validation pairs, so these can't be the ones that the result is measured on.
+    """
+    from ncmodel.data.pairs import read_pairs, write_pairs
+
+    kept = [pair for pair in read_pairs(pairs) if pair.item.shape not in held_out]
+    shapes = sorted({pair.item.shape for pair in kept})
+    watching = set(shapes[VALIDATION_SHARE // 2 :: VALIDATION_SHARE])
+    write_pairs(
+        output, (replace(pair, split="validation" if pair.item.shape in watching else "train") for pair in kept)
+    )
 
 
 def bundled_meshes(names: Sequence[str] = BUNDLED) -> list[Path]:

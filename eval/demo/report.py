@@ -1,4 +1,4 @@
-"""The demo's last stage: methods against simulated artists on held-out shapes, and everything as one page."""
+"""The demo's page: methods beside simulated artists on held-out shapes, and all that led there."""
 
 import json
 import time
@@ -8,11 +8,15 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
+from dataset_tools.simulation.artists import ArtistDrawings, crowd_artists
 from dataset_tools.votes.consensus import Rules, aggregate
 from dataset_tools.votes.votes import read_votes
+from eval.comparison import tables
+from eval.demo.pipeline import Plan
 from eval.demo.stages import Stage, StageRun
-from eval.measures.bootstrap import PairAccuracy
-from eval.measures.comparison import Comparison, compare, comparison_table, comparison_text, difference_table
+from eval.measures.comparison import Comparison, comparison_table, comparison_text, difference_table
 from eval.measures.evaluation import Settings
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import DRAWINGS, Item
@@ -23,20 +27,17 @@ from ncmodel.report.contact_sheet import Tile
 from ncmodel.report.html import Block, Cell, Facts, Fold, Grid, Section, Table, Text, write_report
 from ncmodel.report.plots import Axis, Plot, Series, line_plot
 
-DEFAULTS = ("SC-rtsc", "RV-rtsc", "AR-rtsc", "all-rtsc")
-TUNED = ("SC-grid", "RV-grid", "AR-grid", "all-grid")
-FIXED = DEFAULTS + TUNED
-"""The rows whose thresholds are the same for every shape: rtsc's, and those that suit training views best."""
-METHODS = ("contours", *FIXED, "Canny", "NC-geometry", "NC-image", "NCs")
-
-REFERENCE_WIDTH = 768
-"""The tolerance below is in pixels of a drawing this wide."""
-TOLERANCE = 5.0
+TRAINED, SHIPPED = "model", "default"
+"""The labels of the two models: the one that the demo trains, and the one that comes with the package."""
 
 THUMB = 208
 SIMULATED = (
     "All votes, artists and participants on this page are simulated: programs that follow a written rule with noise. "
     "They show that the pipeline works and how its parts compare; they say nothing about what people prefer."
+)
+SMOKE = (
+    "This is a smoke test. It shows that every part works. It can't show which method is better: a model that learnt "
+    "from so few views isn't one to judge, and over so few shapes an interval says little."
 )
 
 
@@ -46,49 +47,41 @@ class Outcome:
 
     Attributes:
         comparison: Every method against the simulated artists.
-        accuracy: Of the ranking module on held-out pairs; None where voters agreed on no held-out view.
-        model: What the model chose on each held-out view, as `draw_held_out` wrote it.
+        scores: The same, view by view.
+        record: The content of compare.json.
+        folder: Where the comparison lies.
     """
 
     comparison: Comparison
-    accuracy: PairAccuracy | None
-    model: dict[str, Any]
+    scores: pd.DataFrame
+    record: dict[str, Any]
+    folder: Path
+
+    @staticmethod
+    def read(folder: Path) -> "Outcome":
+        """What `ncontours compare` wrote."""
+        record = json.loads((folder / "compare.json").read_text(encoding="utf-8"))
+        scores = pd.read_csv(folder / "tables" / "scores.csv", dtype=tables.SCORES)
+        settings = Settings(**{key: record["settings"][key] for key in asdict(Settings())})
+        return Outcome(tables.comparison_of(scores, settings, record["settings"]["seed"]), scores, record, folder)
+
+    @property
+    def methods(self) -> list[str]:
+        """The rows that draw, in the table's order."""
+        return [row for row in self.comparison.evaluations if not tables.is_oracle(row)]
+
+    @property
+    def pair_accuracy(self) -> dict[str, Any] | None:
+        """How the trained model orders held-out pairs; None where voters agreed on no held-out view."""
+        found: dict[str, Any] | None = self.record["rankers"][TRAINED]["accuracy"]
+        return found
 
 
-def judge(out: Path) -> Outcome:
-    """Measure the held-out drawings that lie in `out`/held-out."""
-    held_out = out / "held-out"
-    names = sorted(path.name for path in (held_out / "references").iterdir())
-    references = {
-        name: [_ink(path) for path in sorted((held_out / "references" / name).glob("*.png"))] for name in names
-    }
-    methods = {method: {name: _ink(held_out / method / f"{name}.png") for name in names} for method in METHODS}
-    silhouettes = {name: _ink(held_out / "silhouettes" / f"{name}.png") > 0.5 for name in names}
-    side = next(iter(references.values()))[0].shape[1]
-    settings = Settings(tolerance_pixels=TOLERANCE * side / REFERENCE_WIDTH)
-    model = json.loads((held_out / "model.json").read_text(encoding="utf-8"))
-    accuracy = _pair_accuracy(model["pairs"])
-    return Outcome(compare(methods, references, settings, silhouettes), accuracy, model)
-
-
-def _ink(path: Path) -> Any:
-    return 1.0 - read_grey(path)
-
-
-def _pair_accuracy(pairs: Sequence[dict[str, Any]]) -> PairAccuracy | None:
-    if not pairs:
-        return None
-    from eval.measures.bootstrap import pair_accuracy
-
-    better, worse = ([pair[key] for pair in pairs] for key in ("better_score", "worse_score"))
-    return pair_accuracy(better, worse, [pair["shape"] for pair in pairs])
-
-
-def write_demo_report(out: Path, stages: Sequence[tuple[Stage, StageRun]]) -> dict[str, Any]:
-    """Judge, write `out`/report.html and `out`/summary.json, and return the summary."""
+def write_demo_report(out: Path, plan: Plan, stages: Sequence[tuple[Stage, StageRun]]) -> dict[str, Any]:
+    """Write `out`/report.html and `out`/summary.json, and return the summary."""
     begin = time.perf_counter()
-    outcome = judge(out)
-    summary = _summary(out, outcome, stages)
+    outcome = Outcome.read(out / "comparison")
+    summary = _summary(out, plan, outcome, stages)
     sections = [
         Section("Result", _result(outcome, summary)),
         Section("Held-out shapes", _held_out(out, outcome)),
@@ -104,23 +97,22 @@ def write_demo_report(out: Path, stages: Sequence[tuple[Stage, StageRun]]) -> di
     return summary
 
 
-def _summary(out: Path, outcome: Outcome, stages: Sequence[tuple[Stage, StageRun]]) -> dict[str, Any]:
+def _summary(out: Path, plan: Plan, outcome: Outcome, stages: Sequence[tuple[Stage, StageRun]]) -> dict[str, Any]:
     comparison = outcome.comparison
     votes = aggregate(read_votes(out / "votes.csv"), Rules()).summary()
     items = DataFolder(out / "data").items()
     return {
         "participants": "simulated",
+        "smoke_test": plan.smoke,
         "report": str(out / "report.html"),
         "shapes": len({item.shape for item in items}),
         "views": len(items),
         "held_out": sorted(dict.fromkeys(comparison.shapes)),
         "votes": votes,
-        "pair_accuracy": None if outcome.accuracy is None else asdict(outcome.accuracy),
+        "pair_accuracy": outcome.pair_accuracy,
         "methods": {method: asdict(comparison.mean(method)) for method in comparison.evaluations},
         "table": comparison_text(comparison),
-        "nc_geometry_minus_fixed_f1": {
-            method: asdict(comparison.difference("NC-geometry", method)) for method in FIXED
-        },
+        "verdicts": outcome.record["verdicts"],
         "seconds": {stage.name: round(measured.seconds, 1) for stage, measured in stages},
     }
 
@@ -133,102 +125,97 @@ def summary_text(summary: dict[str, Any]) -> str:
             f"Held-out pairs in the right order: {_order(summary['pair_accuracy'])}",
             "Held-out drawings against simulated artists (* best):",
             summary["table"],
+            *([SMOKE] if summary["smoke_test"] else summary["verdicts"]),
             f"All participants are simulated. {summary['total_seconds']:.0f} s in all. Report: {summary['report']}",
         ]
     )
 
 
 def _order(accuracy: dict[str, Any] | None) -> str:
-    """How many pairs the ranking module orders rightly, of how many."""
+    """How many pairs the trained model orders rightly, of how many."""
     if accuracy is None:
         return "there are none: voters agreed on no held-out view"
-    low, high = (100 * accuracy["bootstrap"][end] for end in ("low", "high"))
-    share = f"{100 * accuracy['accuracy']:.1f} % ({low:.1f} to {high:.1f}"
-    return f"{share}, {accuracy['pairs']} pairs of {accuracy['shapes']} shapes)"
+    share = f"{100 * accuracy['accuracy']:.1f} %"
+    if accuracy["shapes"] > 1:
+        low, high = (100 * accuracy["bootstrap"][end] for end in ("low", "high"))
+        share += f" ({low:.1f} to {high:.1f})"
+    return f"{share}, {accuracy['pairs']} pairs, {accuracy['shapes']} shapes"
 
 
 def _lead(summary: dict[str, Any]) -> str:
     return (
-        f"From mesh files to an evaluated model: {summary['shapes']} shapes (those that pymeshlab's package bundles, "
-        "and shapes made in code), two views each, 264 candidate drawings a view of which 8 were voted on, a model "
-        f"trained on the votes, and its drawings of {len(summary['held_out'])} shapes that it never saw, beside the "
-        "classic lines."
+        f"From mesh files to an evaluated model: {summary['shapes']} shapes, two views each, 264 candidate drawings a "
+        f"view of which 8 were voted on, a model ({TRAINED}) trained on the votes, and its drawings of "
+        f"{len(summary['held_out'])} shapes that no model has seen: real ones, which pymeshlab's package bundles, and "
+        f"made ones of families that nothing is trained on. Beside it the model that ships ({SHIPPED}) and the classic "
+        "lines."
     )
 
 
 def _result(outcome: Outcome, summary: dict[str, Any]) -> list[Block]:
-    votes, order = summary["votes"], _order(summary["pair_accuracy"])
-    chosen = outcome.model["views"].values()
+    votes, comparison = summary["votes"], outcome.comparison
     facts = [
-        ("Held-out pairs that the ranking module orders rightly", f"{order}; chance is 50 %"),
+        ("Held-out pairs that the trained model orders rightly", f"{_order(summary['pair_accuracy'])}; chance is 50 %"),
         ("Simulated participants", f"{votes['participants']}, of whom {votes['reliable']} reliable by the sentinels"),
         ("Items with a consensus", f"{votes['accepted']} of {votes['items']}"),
-        (
-            "Score evaluations a view, in the search for thresholds",
-            _mean(view["evaluations"] for view in chosen),
-        ),
-        ("Seconds a view, drawing included", _mean(view["seconds"] for view in chosen)),
     ]
     caption = (
         "Held-out drawings against those of the simulated artists, silhouettes removed; 95 % intervals over resampled "
-        "shapes. Percentages; CD is the Chamfer distance in pixels. Bold: best."
+        "shapes. Percentages; CD is the Chamfer distance in pixels. Bold: best. Rows of the model trained here end in "
+        f"@{TRAINED}, those of the one that ships in @{SHIPPED}; “Best of” rows are no methods, they choose by the "
+        "artists' drawings."
     )
+    said = [SMOKE] if summary["smoke_test"] else summary["verdicts"]
+    tuned = outcome.record["tuned"]
     return [
         Text(SIMULATED, "warning"),
+        *(Text(sentence, "warning" if summary["smoke_test"] else "plain") for sentence in said),
         Facts(facts),
-        comparison_table(outcome.comparison, caption),
+        comparison_table(comparison, caption),
         Text(
-            f"Thresholds with the least Chamfer distance on training views. {_tuned(outcome.model['tuned'])}.", "note"
+            f"Thresholds with the least Chamfer distance on {tuned['views']} training views. {_tuned(tuned)}.", "note"
         ),
-        difference_table(outcome.comparison, "NC-geometry", "f1", "Paired by drawing."),
+        *(difference_table(comparison, row, "f1", "Paired by drawing.") for row in _shown(outcome)),
     ]
 
 
-def _tuned(methods: dict[str, dict[str, float]]) -> str:
+def _shown(outcome: Outcome) -> list[str]:
+    """The rows whose differences are shown: each model's geometry branch."""
+    wanted = [f"NC-geometry@{label}" for label in (TRAINED, SHIPPED)]
+    return [row for row in wanted if row in outcome.comparison.evaluations]
+
+
+def _tuned(tuned: dict[str, Any]) -> str:
     return "; ".join(
-        f"{method}: " + ", ".join(f"{family} {value:.2f}" for family, value in thresholds.items())
-        for method, thresholds in methods.items()
+        f"{method}: " + ", ".join(f"{family} {value:.2f}" for family, value in plan["thresholds"].items())
+        for method, plan in tuned["plans"].items()
     )
-
-
-def _mean(values: Any) -> str:
-    numbers = list(values)
-    return f"{sum(numbers) / len(numbers):.1f}"
 
 
 def _held_out(out: Path, outcome: Outcome) -> list[Block]:
     blocks: list[Block] = []
-    data, folder = DataFolder(out / "data"), out / "held-out"
-    for name, view in sorted(outcome.model["views"].items()):
-        scores = {method: _f1(outcome.comparison, method, name) for method in METHODS}
-        best = max(scores.values())
-        tiles = [Tile(grey(read_grey(data.own_render(Item.named(name)))), "shape")]
-        tiles += [Tile(from_ink(_ink(folder / "references" / name / "0.png")), "a simulated artist")]
+    data = DataFolder(out / "data")
+    artists = ArtistDrawings(data, crowd_artists())
+    f1 = tables.views_frame(outcome.scores)
+    for name in f1.index:
+        item, of_view = Item(*name), f1.loc[name]
+        best = max(of_view[method] for method in outcome.methods)
+        tiles = [Tile(grey(read_grey(data.own_render(item))), "shape")]
+        tiles += [Tile(from_ink(_ink(artists.paths(item)[0])), "a simulated artist")]
         tiles += [
             Tile(
-                from_ink(_ink(folder / method / f"{name}.png")),
-                f"{method}  F1 {100 * score:.0f}",
-                highlight=score == best,
+                from_ink(_ink(outcome.folder / "drawings" / method / f"{item.name}.png")),
+                f"{method}  F1 {100 * of_view[method]:.0f}",
+                highlight=of_view[method] == best,
             )
-            for method, score in reversed(scores.items())
+            for method in reversed(outcome.methods)
         ]
-        blocks.append(Grid(tiles, f"{name}: {_choice(view)}", columns=5, max_side=384))
+        blocks.append(Grid(tiles, item.name, columns=5, max_side=384))
     return blocks
 
 
-def _choice(view: dict[str, Any]) -> str:
-    parts = [
-        f"{family} {round(value, 3):g}" if value is not None else f"no {family}"
-        for family, value in view["thresholds"].items()
-    ]
-    return f"with both branches, the model chose {', '.join(parts)}"
-
-
-def _f1(comparison: Comparison, method: str, name: str) -> float:
-    from eval.measures.metrics import mean_measures
-
-    scores = [score.measures for score in comparison.evaluations[method].scores if score.name == name]
-    return mean_measures(scores).f1
+def _ink(path: Path) -> Any:
+    return 1.0 - read_grey(path)
 
 
 def _votes(out: Path, held_out: Sequence[str]) -> list[Block]:

@@ -7,9 +7,7 @@ lines are thresholded before their visibility is decided.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol
-
-import numpy as np
+from typing import Any, Protocol
 
 from ncmodel.camera import DEFAULT_AZIMUTH, DEFAULT_ELEVATION, DEFAULT_SIZE, Camera
 from ncmodel.drawing import arguments
@@ -19,7 +17,7 @@ from ncmodel.drawing.importance import most_important, without_short
 from ncmodel.drawing.plan import Plan
 from ncmodel.drawing.strokes import strokes
 from ncmodel.drawing.thresholding import fade, survivors
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError, UsageError
 from ncmodel.export.page import page_scale
 from ncmodel.lines.visibility import MESH_EDGES
 from ncmodel.mesh.load import load_mesh, make_mesh
@@ -28,14 +26,14 @@ from ncmodel.scene.orientation import turn_outwards
 from ncmodel.scene.seams import sew_seams
 from ncmodel.scene.stray_parts import stray_parts
 from ncmodel.scene.surface import CREASE_ANGLE, Surface
+from ncmodel.scene.terraces import without_terraces
+from ncmodel.scene.upright import looks_z_up
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed
 from ncmodel.types import (
     EVERYTHING,
     FILTERED_FAMILIES,
-    Floats,
     LineFamily,
-    Mask,
     Mesh,
     Segments,
     Stroke,
@@ -84,6 +82,7 @@ def draw(
     thresholds: arguments.ThresholdValues | None = None,
     *,
     model: Chooser | None = None,
+    variant: str | None = None,
     preset: str = "balanced",
     azimuth: float = DEFAULT_AZIMUTH,
     elevation: float = DEFAULT_ELEVATION,
@@ -106,8 +105,10 @@ def draw(
         thresholds: rtsc's defaults unless given, for those that {"suggestive": 0.02} or "suggestive=0.02" doesn't name,
             too; a model finds its own.
         model: Chooses thresholds and families, and adds the lines of its image branch.
+        variant: Which of the model's branches take part: "full", "geometry" or "image"; all that it has by default.
         preset: "instant", "draft", "balanced" or "accurate": how densely visibility is sampled, how closely strokes
-            follow the lines, and how thoroughly a model searches.
+            follow the lines, and how thoroughly a model searches. "published" is as "balanced", but an imported model
+            searches by the published schedule.
         azimuth: Degrees round the shape from its front, without a camera.
         elevation: Degrees above the ground, without a camera.
         size: (width, height) in pixels, or both in one, without a camera.
@@ -120,11 +121,13 @@ def draw(
 
     Raises:
         MeshError: The file can't be read.
-        UsageError: Some argument makes no sense, or thresholds are given together with a model.
+        UsageError: Some argument makes no sense, or thresholds are given together with a model or a variant without.
     """
     fineness = _fineness(preset, tolerance)
     if thresholds is not None and model is not None:
         raise UsageError("thresholds: found some beside a model, which chooses its own; expected one or the other")
+    if variant is not None and model is None:
+        raise ArgumentError("variant", repr(variant), "a model beside it, whose branches it tells")
     asked = arguments.plan_of(lines, thresholds, detail, min_length)
     _check(camera, model, azimuth=azimuth, elevation=elevation, crease_angle=crease_angle)
     surface = _surface(shape, up, None if camera is None else camera.eye)
@@ -132,13 +135,30 @@ def draw(
         surface = split_at_creases(surface, crease_angle)
     placed = camera or Camera.orbit(surface.mesh.used_vertices, azimuth, elevation, size=arguments.size_of(size))
     view = View(surface, placed, crease_angle)
-    plan = asked if model is None else _chosen(model, view, preset, None if lines is None else asked.families)
+    among = None if lines is None else asked.families
+    plan = asked if model is None else _chosen(model, view, variant, preset, among)
     plan = replace(plan, detail=asked.detail, min_length=asked.min_length)
-    drawing = draw_view(view, plan, fineness)
+    drawing = draw_view(seen_by(plan, view), plan, fineness)
     if camera is not None or isinstance(shape, Surface):
         return drawing
     with timed(surface.trace, "hints"):
-        return replace(drawing, notes=(*drawing.notes, *stray_parts(surface.whole)))
+        sideways = looks_z_up(surface.whole) if up == "y" and not isinstance(shape, Mesh) else ()
+        return replace(drawing, notes=(*drawing.notes, *stray_parts(surface.whole), *sideways))
+
+
+def seen_by(plan: Plan, view: View) -> View:
+    """The view that a plan is drawn of: a finished drawing with creases is of the surface parted there.
+
+    Flats between creases don't curve, so that no lines of curvature are drawn on them.
+
+    Args:
+        plan: Whether it has creases.
+        view: As it was planned for.
+    """
+    if not plan.finished or LineFamily.CREASES not in plan.families:
+        return view
+    surface = split_at_creases(view.surface, view.crease_angle)
+    return view if surface is view.surface else View(surface, view.camera, view.crease_angle)
 
 
 def draw_view(view: View, plan: Plan, fineness: Fineness = BALANCED) -> Drawing:
@@ -155,10 +175,13 @@ def draw_view(view: View, plan: Plan, fineness: Fineness = BALANCED) -> Drawing:
         threshold = plan.thresholds.of(family)
         assert threshold is not None, "families that are left out aren't drawn"
         drawn += strokes_of(view, visible_segments(view, family, threshold, fineness.sample_pixels), fineness)
+    drawn += plan.strokes
+    if plan.rims and LineFamily.BOUNDARIES not in plan.drawn:
+        drawn += _rims(view, fineness)
     if plan.finished:
         drawn = list(finish(drawn, view, plan.crumb))
     mesh = view.mesh
-    chosen = _chosen_strokes(view, plan, (*drawn, *plan.strokes))
+    chosen = _chosen_strokes(view, plan, tuple(drawn))
     return Drawing(view.camera, chosen, mesh.name, plan, mesh.notes, view.trace)
 
 
@@ -199,19 +222,21 @@ def shortest_stroke(family: LineFamily, camera: Camera) -> float:
     return 0.0 if family in MESH_EDGES else SHORTEST_STROKE * page_scale(camera.width, camera.height)
 
 
+def _rims(view: View, fineness: Fineness) -> tuple[Stroke, ...]:
+    """As much of the boundaries as is the shape's outline."""
+    segments = visible_segments(view, LineFamily.BOUNDARIES, EVERYTHING, fineness.sample_pixels)
+    scale = page_scale(view.camera.width, view.camera.height)
+    return most_important(strokes_of(view, segments, fineness), 0.0, view.beyond, scale)
+
+
 def _chosen_strokes(view: View, plan: Plan, drawn: tuple[Stroke, ...]) -> tuple[Stroke, ...]:
     """Those of the strokes that are long and important enough for the plan."""
     if plan.detail >= 1.0 and plan.min_length <= 0.0:
         return drawn
-    camera, scene = view.camera, view.surface.scene
-    scale = page_scale(camera.width, camera.height)
-
-    def beyond(pixels: Floats) -> Mask:
-        return np.asarray(scene.first_hit(view.eye, camera.rays(pixels))[1] < 0)
-
+    scale = page_scale(view.camera.width, view.camera.height)
     with timed(view.trace, "importance"):
-        long = without_short(drawn, plan.min_length, beyond, scale)
-        return most_important(long, plan.detail, beyond, scale)
+        long = without_short(drawn, plan.min_length, view.beyond, scale)
+        return most_important(long, plan.detail, view.beyond, scale)
 
 
 def _with_units(plan: Plan, view: View) -> Thresholds:
@@ -235,24 +260,29 @@ def _check(camera: object, model: object, crease_angle: float, **angles: float) 
 
 
 def _fineness(preset: str, tolerance: float | None) -> Fineness:
-    if preset not in PRESETS:
+    known = {**PRESETS, "published": BALANCED}
+    if preset not in known:
         raise UsageError(f"preset: found {preset!r}, expected one of {', '.join(PRESETS)}")
     if tolerance is None:
-        return PRESETS[preset]
+        return known[preset]
     arguments.number("tolerance", tolerance, "pixels >= 0")
     if tolerance < 0.0:
         raise UsageError(f"tolerance: found {tolerance}, expected pixels >= 0")
-    return replace(PRESETS[preset], tolerance=tolerance)
+    return replace(known[preset], tolerance=tolerance)
 
 
-def _chosen(model: Chooser, view: View, preset: str, asked: tuple[LineFamily, ...] | None) -> Plan:
+def _chosen(model: Chooser, view: View, variant: str | None, preset: str, asked: tuple[LineFamily, ...] | None) -> Plan:
     """What a model draws, of the families asked for."""
-    allowed = asked if asked is not None else tuple(LineFamily)
-    plan = model.choose(view, budget=preset, families=allowed)
-    chosen = tuple(family for family in plan.families if family in allowed)
+    # Whoever else chooses needn't know variants.
+    branches: dict[str, Any] = {} if variant is None else {"variant": variant}
+    if asked is None:
+        return model.choose(view, budget=preset, families=tuple(LineFamily), **branches)
+    plan = model.choose(view, budget=preset, families=asked, **branches)
+    chosen = tuple(family for family in plan.families if family in asked)
     # These are no part of what every model can weigh; they are drawn if somebody wants them.
-    wanted = (f for f in (LineFamily.CREASES, LineFamily.INTERSECTIONS) if f in (asked or ()) and f not in chosen)
-    return replace(plan, families=(*chosen, *wanted))
+    wanted = (f for f in (LineFamily.CREASES, LineFamily.INTERSECTIONS) if f in asked and f not in chosen)
+    rims = plan.rims and LineFamily.BOUNDARIES in asked
+    return replace(plan, families=(*chosen, *wanted), crumb=0.0, rims=rims)
 
 
 def _surface(shape: Mesh | Surface | str | Path, up: str, eye: tuple[float, float, float] | None) -> Surface:
@@ -270,4 +300,4 @@ def _surface(shape: Mesh | Surface | str | Path, up: str, eye: tuple[float, floa
         arguments.expect("shape", shape, (str, Path), expected)
         with timed(trace, "load"):
             mesh = load_mesh(shape, up)
-    return turn_outwards(sew_seams(Surface(mesh, trace)), eye)
+    return without_terraces(turn_outwards(sew_seams(Surface(mesh, trace)), eye))

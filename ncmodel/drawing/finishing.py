@@ -7,8 +7,6 @@ what carries nothing.
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from ncmodel.drawing.crumbs import without_crumbs
 from ncmodel.drawing.importance import on_outline
 from ncmodel.drawing.joining import join
@@ -17,7 +15,7 @@ from ncmodel.drawing.zigzags import straightened
 from ncmodel.export.page import page_scale
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed
-from ncmodel.types import Floats, Mask, Stroke
+from ncmodel.types import Mask, Stroke
 
 ASIDE = 3.0
 """Lines nearer to each other than this run along each other: between lines of the usual width no white would be left.
@@ -36,13 +34,13 @@ def finish(strokes: Sequence[Stroke], view: View, crumb: float = 0.0) -> tuple[S
     """
     camera = view.camera
     scale = page_scale(camera.width, camera.height)
+
+    def outline(some: Sequence[Stroke]) -> Mask:
+        return on_outline(some, view.beyond, scale)
+
     with timed(view.trace, "finish"):
-        joined = join(drop_accompanying(straightened(strokes, scale), ASIDE * scale), GAP * scale, view)
+        once = drop_accompanying(straightened(strokes, scale), ASIDE * scale, outline)
+        joined = join(once, GAP * scale, view)
         if not crumb:
             return joined
-
-        def beyond(pixels: Floats) -> Mask:
-            return np.asarray(view.surface.scene.first_hit(view.eye, camera.rays(pixels))[1] < 0)
-
-        shortest = crumb * min(camera.width, camera.height)
-        return without_crumbs(joined, shortest, ASIDE * scale, lambda some: on_outline(some, beyond, scale))
+        return without_crumbs(joined, crumb * min(camera.width, camera.height), ASIDE * scale, outline)

@@ -21,6 +21,8 @@ SPECK = 16.0
 """Pixels, at 768; shorter pieces of outline that meet no long one are small holes: lines inside."""
 SPACING = 2.0
 """Pixels, at 768, between the places at which a stroke is looked at, at most."""
+SPARSE = 8.0
+"""The same where only the greater part of the stroke counts."""
 BESIDE = 2.5
 """Pixels, at 768, from an outline to the background, at most."""
 SHORTEST_INSIDE = 8.0
@@ -82,7 +84,7 @@ def on_outline(strokes: Sequence[Stroke], beyond: Beyond, scale: float) -> Mask:
         beyond: Where the background is.
         scale: Pixels per pixel at 768.
     """
-    places = _places(strokes, beyond, scale)
+    places = _places(strokes, beyond, scale, SPARSE)
     outline = [float(at.outline.mean()) > 0.5 for at in places]
     families = [stroke.family not in _BESIDE_OUTLINES for stroke in strokes]
     return np.array(outline, dtype=np.bool_) & np.array(families, dtype=np.bool_)
@@ -111,17 +113,17 @@ class _Part:
     outline: bool
 
 
-def _places(strokes: Sequence[Stroke], beyond: Beyond, scale: float) -> list[_Places]:
+def _places(strokes: Sequence[Stroke], beyond: Beyond, scale: float, spacing: float = SPACING) -> list[_Places]:
     """Places along strokes, and whether they are on the outline; the background is asked for once."""
     if not strokes:
         return []
     points = np.concatenate([stroke.points for stroke in strokes])
     first = np.cumsum([0, *(len(stroke.points) for stroke in strokes)])
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    steps[first[1:-1] - 1] = SPACING * scale  # from one stroke to the next
+    steps[first[1:-1] - 1] = spacing * scale  # from one stroke to the next
     travelled = np.concatenate([[0.0], np.cumsum(steps)])
     start, length = travelled[first[:-1]], travelled[first[1:] - 1] - travelled[first[:-1]]
-    count = (length / (SPACING * scale)).astype(np.int64) + 2
+    count = (length / (spacing * scale)).astype(np.int64) + 2
     cuts = np.cumsum(count)
     at = (np.arange(cuts[-1]) - np.repeat(cuts - count, count)) * np.repeat(length / (count - 1), count)
     reached = np.repeat(start, count) + at

@@ -85,3 +85,42 @@ def _met(ends: Floats, chosen: Ints, points: Floats, steps: Floats, first: Ints,
                     found[k] = True
                     break
     return found
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Points close to each other along strokes.
+
+    Attributes:
+        points: (N, 2) pixels, stroke after stroke.
+        along: (N, 2) directions of length 1.
+        alpha: (N,) opacity.
+        depth: (N,) as strokes have it, 0 where they have none.
+        own: (N,) True for the strokes' own points.
+        first: (C + 1,) where each stroke starts.
+    """
+
+    points: Floats
+    along: Floats
+    alpha: Floats
+    depth: Floats
+    own: Mask
+    first: Ints
+
+
+def sampled(strokes: Sequence[Stroke], spacing: float) -> Samples:
+    """Points at most some pixels apart along one stroke or more, their own points among them."""
+    packed = Packed.of(strokes)
+    start = packed.first
+    steps = np.maximum(np.ceil(packed.steps[1:] / spacing), 1.0).astype(np.int64)  # 1 from one stroke to the next
+    place = np.concatenate([[0], np.cumsum(steps)])
+    at = np.arange(place[-1] + 1)
+    first = np.append(place[start[:-1]], len(at))
+    fine = np.stack([np.interp(at, place, column) for column in packed.points.T], axis=1)
+    along = np.diff(fine, axis=0, append=0.0)
+    along[first[1:] - 1] = along[first[1:] - 2]
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+    alpha, depth = np.interp(at, place, packed.alpha), np.interp(at, place, packed.depth)
+    own = np.zeros(len(at), dtype=np.bool_)
+    own[place] = True
+    return Samples(fine, along, alpha, depth, own, first)

@@ -17,6 +17,10 @@ DEFAULT_FAMILIES = (
 CRUMB = 0.02
 """Of the picture's shorter side: what strokes of a drawing of `DEFAULT_FAMILIES` have as ink at least."""
 
+MODEL_CRUMB = 0.04
+"""The same where a model chooses: it draws weaker lines, too, where a view needs them, and these break into more bits.
+This share serves best on views of training shapes (docs/training.md)."""
+
 
 @dataclass(frozen=True)
 class Plan:
@@ -33,6 +37,7 @@ class Plan:
             all as they are found, as for what is measured or learnt from.
         crumb: Share of the picture's shorter side: strokes of less ink are left out, unless there is a reason for them;
             of finished drawings.
+        rims: Where boundaries aren't drawn, those that are the shape's outline are all the same: an outline is closed.
         detail: Share of the lines inside the outline that is drawn, the most important first; 1 draws all of them.
         min_length: Pixels, at 768, of the shortest strokes that are drawn beside the outline's.
     """
@@ -45,6 +50,7 @@ class Plan:
     converged: bool = True
     finished: bool = False
     crumb: float = 0.0
+    rims: bool = False
     detail: float = 1.0
     min_length: float = 0.0
 

@@ -13,7 +13,7 @@ from typing import Literal
 
 import torch
 
-from ncmodel.drawing.plan import Plan
+from ncmodel.drawing.plan import MODEL_CRUMB, Plan
 from ncmodel.errors import ArgumentError, UsageError
 from ncmodel.export.png import strokes_ink
 from ncmodel.model.letterbox import Square
@@ -21,8 +21,8 @@ from ncmodel.model.maps import line_maps, network_maps
 from ncmodel.model.ridge_detection import find_ridges, polylines
 from ncmodel.model.score import DrawingScore
 from ncmodel.model.setting_choice import choose_setting
-from ncmodel.model.surrogate_search import optimise_with_surrogate
-from ncmodel.model.threshold_search import Budget, budget_named, optimise
+from ncmodel.model.surrogate_search import find_thresholds
+from ncmodel.model.threshold_search import Budget, budget_named
 from ncmodel.nets.blocks import WIDE, threads_for
 from ncmodel.nets.checkpoints import Checkpoint, load_checkpoint
 from ncmodel.nets.devices import device_named, numbers, prepared
@@ -43,6 +43,11 @@ LONGEST_SIDE = 4 * SEEN_SIDE
 """Longer side that such a picture has at most."""
 
 
+SHARP = (LineFamily.CREASES, LineFamily.INTERSECTIONS)
+"""Drawn of machine parts whatever setting is chosen: what a view's settings differ in on a surface with creases is what
+they show of its curved sides."""
+
+
 class Model:
     """Trained networks, ready to draw.
 
@@ -54,13 +59,16 @@ class Model:
         UsageError: This machine has no such device.
     """
 
+    layout = torch.channels_last
+    """Of the networks in memory: the quickest."""
+
     def __init__(self, checkpoint: Checkpoint, device: str | torch.device = "cpu") -> None:
         self.checkpoint, self.device = checkpoint, device_named(device)
         for name, network in checkpoint.networks.items():
             network.eval().requires_grad_(False)
             # Numbers are counted on the CPU, and few.
             network.to("cpu" if name == "statistics" else self.device)
-            network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+            network.to(memory_format=self.layout)  # type: ignore[call-overload]
 
     @cached_property
     def _rough_ranker(self) -> RankingModule:
@@ -79,6 +87,17 @@ class Model:
         if "statistics" in have:
             have.add("ranker")  # it ranks by itself
         return tuple(variant for variant, names in needs.items() if set(names) <= have)
+
+    def known_variant(self, variant: Variant | None) -> Variant:
+        """The variant that is meant: all that the model has for None.
+
+        Raises:
+            UsageError: The model lacks a network that it needs.
+        """
+        variant = variant or self.variants[0]
+        if variant not in self.variants:
+            raise ArgumentError("variant", repr(variant), f"one of {', '.join(self.variants)}, which this model offers")
+        return variant
 
     def choose(
         self,
@@ -104,13 +123,10 @@ class Model:
         """
         if budget == "instant" and self.checkpoint.statistics is None:
             raise ArgumentError("preset", "'instant'", "draft, balanced or accurate: this model doesn't count ink")
-        large = self.checkpoint.preset.ranking.width >= WIDE
-        budget = budget_named(budget, large) if isinstance(budget, str) else budget
-        variant = variant or self.variants[0]
-        if variant not in self.variants:
-            raise ArgumentError("variant", repr(variant), f"one of {', '.join(self.variants)}, which this model offers")
+        budget = self.budget(budget) if isinstance(budget, str) else budget
+        variant, preset = self.known_variant(variant), self.checkpoint.preset
         seen = as_seen(view)
-        maps = network_maps(seen)
+        maps = network_maps(seen, preset.inputs, preset.percentile)
         strokes = () if variant == "geometry" else self._image_lines(maps, seen, rough=budget.looks > 0)
         plan = Plan((), Thresholds(None, None, None, None, unit="p90"), strokes)
         if variant != "image" and self.checkpoint.statistics is not None:
@@ -120,11 +136,19 @@ class Model:
         scale = view.camera.width / seen.camera.width
         return replace(plan, strokes=tuple(replace(s, points=s.points * scale) for s in plan.strokes))
 
+    def budget(self, preset: str) -> Budget:
+        """The search budget that a preset means for networks of this size.
+
+        Raises:
+            UsageError: There is no such preset.
+        """
+        return budget_named(preset, self.checkpoint.preset.ranking.width >= WIDE)
+
     def probability(self, maps: Image, rough: bool = False) -> Image:
-        """(S, S) line probability that the image branch sees in (7, H, W) maps, at its own resolution.
+        """(S, S) line probability that the image branch sees in (K, H, W) maps, at its own resolution.
 
         Args:
-            maps: (7, H, W) depth and shaded maps.
+            maps: (K, H, W) maps that the network reads.
             rough: Compute in the numbers in which the device is fastest; a hundredth may be lost.
 
         Raises:
@@ -160,7 +184,17 @@ class Model:
                 seen, maps, counting, self.checkpoint.ranker, budget.shortlist, allowed, image, budget.mirrored
             )
         chosen = choice.setting.plan()
-        return replace(chosen, strokes=plan.strokes, score=choice.score, evaluations=choice.evaluations)
+        edges = [family for family in SHARP if family in families and family not in chosen.families]
+        return replace(
+            chosen,
+            families=(*chosen.families, *edges),
+            strokes=plan.strokes,
+            score=choice.score,
+            evaluations=choice.evaluations,
+            finished=True,
+            crumb=MODEL_CRUMB,
+            rims=True,
+        )
 
     def _with_geometry(
         self, plan: Plan, seen: View, maps: Image, budget: Budget, families: Sequence[LineFamily]
@@ -168,15 +202,13 @@ class Model:
         """The plan with thresholds and families decided by the ranking module."""
         ranker = self.checkpoint.ranker
         assert ranker is not None
-        lines = line_maps(seen, families)
+        lines = line_maps(seen, families, self.checkpoint.preset.percentile)
         image = strokes_ink(plan.strokes, seen.camera) if plan.strokes else None
         with timed(seen.trace, "threshold_search"), threads_for(ranker.dims.width):
             scored = partial(DrawingScore, maps=maps, lines=lines, image=image, mirrored=budget.mirrored)
             score = scored(ranker)
-            if budget.looks:
-                optimum = optimise_with_surrogate(score, scored(self._rough_ranker, rough=True), budget.looks)
-            else:
-                optimum = optimise(score, budget)
+            rough = scored(self._rough_ranker, rough=True) if budget.looks else None
+            optimum = find_thresholds(score, budget, rough)
         chosen: dict[LineFamily, float] = {}
         for index, family in enumerate(FILTERED_FAMILIES):
             # From the largest feature on, a threshold leaves no line: the family is off.
@@ -190,6 +222,9 @@ class Model:
             score=optimum.score,
             evaluations=optimum.evaluations,
             converged=optimum.converged,
+            finished=True,
+            crumb=MODEL_CRUMB,
+            rims=True,
         )
 
 

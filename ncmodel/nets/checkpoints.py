@@ -61,7 +61,9 @@ def build_network(name: str, preset: Preset) -> nn.Module:
     """One of `NETWORKS`, with weights as torch happens to draw them."""
     if name == "statistics":
         return StatisticsRanker(preset.statistics or StatisticsDims())
-    return RankingModule(preset.ranking) if name == "ranker" else TranslationBranch(preset.translation)
+    if name == "ranker":
+        return RankingModule(preset.ranking, preset.inputs)
+    return TranslationBranch(preset.translation, preset.inputs)
 
 
 def save_checkpoint(path: str | Path, checkpoint: Checkpoint) -> None:

@@ -67,8 +67,11 @@ class CreaseLines:
 def split_at_creases(surface: Surface, angle_degrees: float) -> Surface:
     """The surface parted at its `crease_lines`, and at all edges of rounded ones; `surface` itself if it has none.
 
-    It is made once for each angle.
+    It is made once for each angle. A surface that is parted already is parted anew, from the whole one.
     """
+    if _is_parted_at(surface, angle_degrees):
+        return surface
+    surface = surface.whole
     if angle_degrees not in surface.parted:
         creases, rings, normals = crease_lines(surface, angle_degrees), surface.rings, surface.normals
         with timed(surface.trace, "parted"):
@@ -82,8 +85,9 @@ def crease_lines(surface: Surface, angle_degrees: float) -> CreaseLines:
     Where few triangles span a rounded edge, some of their sides happen to bend by more than the angle: fragments that
     zigzag along it and are hardly anywhere bent by much more. Edges of a form are bent sharply, or run evenly.
     """
-    if isinstance(surface, _Parted) and surface.angle_degrees == angle_degrees:
+    if isinstance(surface, _Parted) and _is_parted_at(surface, angle_degrees):
         return surface.parted_at
+    surface = surface.whole
     vertices, rings, creases = surface.mesh.vertices, surface.rings, surface.creases(angle_degrees)
     strongest = surface.creases(min(STRONG * angle_degrees, 180.0))
     bends = surface.creases(min(math.degrees(LEAST_BEND), angle_degrees))
@@ -102,6 +106,10 @@ def off_flats(lines: LineSet, surface: Surface) -> LineSet:
     if lines.family not in FILTERED_FAMILIES or not isinstance(surface, _Parted) or len(lines) == 0:
         return lines
     return lines.take(~surface.flat_faces[lines.face])
+
+
+def _is_parted_at(surface: Surface, angle_degrees: float) -> bool:
+    return isinstance(surface, _Parted) and surface.angle_degrees == angle_degrees
 
 
 def _are_lines(vertices: Floats, creases: Edges, strongest: Edges) -> Mask:

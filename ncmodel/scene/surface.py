@@ -38,7 +38,7 @@ class Surface:
         self.mesh, self.sizing = mesh, sizing
         self.trace = trace if trace is not None else Trace()
         self._creases: dict[float, edges.Edges] = {}
-        self.parted: dict[float, Surface] = {}  # crease angle -> what `geometry.sharp` made of this surface
+        self.parted: dict[float, Surface] = {}  # crease angle -> this surface parted there
 
     @property
     def whole(self) -> "Surface":

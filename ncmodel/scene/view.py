@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from typing import Literal
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from ncmodel.lines.edges import bent_to
 from ncmodel.scene import creases
 from ncmodel.scene.surface import CREASE_ANGLE, Surface
 from ncmodel.tracing import stage, timed
-from ncmodel.types import Floats, Image, LineFamily, LineSet, ViewBuffers
+from ncmodel.types import Floats, Image, LineFamily, LineSet, Mask, ViewBuffers
 
 PERCENTILE = 90.0
 """Of a feature map: the unit of t in equations 1-4."""
@@ -131,12 +132,16 @@ class View:
                 self._feature_maps[family] = shading.interpolate(buffers, self.surface.faces, values)
         return self._feature_maps[family]
 
-    def feature_percentile(self, family: LineFamily) -> float:
+    def feature_percentile(self, family: LineFamily, over: Literal["view", "mesh"] = "view") -> float:
         """The unit of a filtered family's thresholds in the paper: the 90th percentile of its positive feature values.
 
-        1 where no seen pixel has a positive value: no threshold then matters.
+        1 where no value is positive: no threshold then matters.
+
+        Args:
+            family: The family.
+            over: The values at the pixels of the "view", or at the vertices of the "mesh", seen or not.
         """
-        values = self.feature_map(family)
+        values = self.feature_map(family) if over == "view" else _FEATURES[family](self)
         positive = values[values > 0]
         return float(np.percentile(positive, PERCENTILE)) if positive.size else 1.0
 
@@ -168,6 +173,10 @@ class View:
                 found = bent_to(found, vertices, whole.rings, self.eye, math.radians(angle))
             return found.lines(family, vertices)
         return creases.off_flats(self.lines(family), self.surface)
+
+    def beyond(self, pixels: Floats) -> Mask:
+        """(N,) True for the (N, 2) pixels beyond the shape, where the background is seen."""
+        return np.asarray(self.surface.scene.first_hit(self.eye, self.camera.rays(pixels))[1] < 0)
 
     def unhidden(self, lines: LineSet, sample_pixels: float = 1.0) -> LineSet:
         """The parts of lines that the camera sees.

@@ -148,7 +148,8 @@ def run_training(
     folder.require(sorted({pair.item for pair in read}), pairs)
     if not Path(out).absolute().parent.is_dir():
         raise InputError(out, "its folder doesn't exist", "a file in an existing folder")
-    images = ViewImages(folder, (preset.translation.size, preset.ranking.size))
+    sizes = preset.translation.size, preset.ranking.size
+    images = ViewImages(folder, sizes, inputs=preset.inputs, percentile=preset.percentile)
     if options.stages is not None and not set(options.stages) <= set(preset.stages):
         raise ArgumentError(
             "stages", repr(",".join(options.stages)), f"what {preset.name!r} has: {', '.join(preset.stages)}"
@@ -253,11 +254,11 @@ class _Run:
             counting = self._new(StatisticsRanker(self.preset.statistics), stage, "cpu")
             return StatisticsObjective(self.preset, counting, DrawingNumbers(self.images.data), self.pairs, progress)
         if stage == "ranker":
-            return RankerObjective(self.preset, self._new(RankingModule(self.preset.ranking), stage), *shared)
+            ranker = RankingModule(self.preset.ranking, self.preset.inputs)
+            return RankerObjective(self.preset, self._new(ranker, stage), *shared)
         if stage == "translator":
-            return TranslatorObjective(
-                self.preset, self._new(TranslationBranch(self.preset.translation), stage), *shared
-            )
+            translator = TranslationBranch(self.preset.translation, self.preset.inputs)
+            return TranslatorObjective(self.preset, self._new(translator, stage), *shared)
         trained = copy.deepcopy(self.checkpoint)
         for network in trained.networks.values():
             network.to(self.options.device)

@@ -1,10 +1,12 @@
 """Paths as segments, and their strokes."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ncmodel.camera import Camera
 from ncmodel.drawing.strokes import strokes
-from ncmodel.types import Floats, LineFamily, Segments, Stroke
+from ncmodel.types import Floats, LineFamily, Mask, Segments, Stroke
 
 CAMERA = Camera((0.0, 0.0, 3.0), focal_pixels=300.0)
 PIXELS_PER_UNIT = 100.0  # at z = 0
@@ -38,3 +40,8 @@ def stroke(*points: tuple[float, float], family: str = "contours", alpha: float 
 def pen_reversed(stroke: Stroke) -> Stroke:
     """The same stroke, drawn from its other end."""
     return Stroke(stroke.family, stroke.points[::-1], stroke.alpha[::-1])
+
+
+def inside(strokes: Sequence[Stroke]) -> Mask:
+    """(C,) for strokes of which none is part of the outline."""
+    return np.zeros(len(strokes), dtype=np.bool_)

@@ -10,7 +10,8 @@ import pytest
 
 from dataset_tools.simulation.shapes import KINDS, make_shape
 from eval.benchmark import coverage
-from eval.benchmark.coverage import Coverage, coverage_rows, depth_jumps, mean_coverage, measure_coverage
+from eval.benchmark.coverage import Coverage, coverage_rows, depth_jumps, measure_coverage
+from eval.benchmark.each_view import VIEWS, mean_rows
 from eval.demo.pipeline import bundled_meshes
 from ncmodel.camera import Camera
 from ncmodel.drawing.draw import draw
@@ -50,8 +51,8 @@ def surface_of(name: str) -> Surface:
     return Surface(make_mesh(*MADE[name](), name=name))
 
 
-def measured(surface: Surface, views: tuple[tuple[float, float], ...] = coverage.VIEWS, size: int = 512) -> Coverage:
-    return mean_coverage(measure_coverage([surface], lambda _: None, views, size))[0]
+def measured(surface: Surface, views: tuple[tuple[float, float], ...] = VIEWS, size: int = 512) -> Coverage:
+    return mean_rows(measure_coverage([surface], lambda _: None, views, size))[0]
 
 
 @pytest.mark.parametrize("name", ["coarse torus", "cube on a cube", "bowl", "fin before a wall"])
@@ -68,7 +69,7 @@ def test_drawings_agree_with_rays(name: str) -> None:
 def test_all_shapes_agree_with_rays() -> None:
     files = [sew_seams(Surface(load_mesh(path))) for path in bundled_meshes(BUNDLED)]
     made = [*map(surface_of, MADE), *(Surface(make_shape(kind, 0)) for kind in KINDS)]
-    rows = mean_coverage(measure_coverage([*files, *made], lambda _: None))
+    rows = mean_rows(measure_coverage([*files, *made], lambda _: None))
     print(text_table(coverage_rows(rows)))  # noqa: T201
     for row in rows:
         assert row.outline > 0.999, row
@@ -137,7 +138,7 @@ def test_rows_average_views_first() -> None:
         Coverage("a", 1.0, 0.0, 0.5, 1.0, 0.0, 0.0, 0.0),
         Coverage("b", 0.0, 0.0, 0.25, 0.0, 0.1, 0.0, 0.0),
     ]
-    means = mean_coverage(found)
+    means = mean_rows(found)
     assert [row.shape for row in means] == ["a", "b", "mean"]
     assert [row.outline for row in means] == [0.75, 0.25, 0.5]
     assert coverage_rows(means)[2] == ["b", "25.00", "0.00", "10.00", "0.00", "0.0"]

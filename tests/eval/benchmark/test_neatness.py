@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from eval.benchmark.each_view import mean_rows
 from eval.benchmark.neatness import (
     Neatness,
     crumb_share,
     dash_gaps,
     doubled_share,
     jaggedness,
-    mean_neatness,
     measure_neatness,
     neatness_rows,
     open_ends,
@@ -167,7 +167,7 @@ def test_rows_average_views_first() -> None:
         Neatness("a", 1.0, 0.0, 20.0, 0.0, 0.0, 0.0, 0.1, 0.0),
         Neatness("b", 0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0),
     ]
-    rows = neatness_rows(mean_neatness(found))
+    rows = neatness_rows(mean_rows(found))
     assert rows[1] == ["a", "15.0", "1.0", "4.0", "25.00", "10.00", "2.0"]
     assert rows[-1] == ["mean", "10.0", "0.5", "2.0", "12.50", "5.00", "1.0"]
     assert len(rows[0]) == len(rows[1])

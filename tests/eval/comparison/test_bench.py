@@ -153,8 +153,10 @@ def test_the_command_prints_what_it_writes(
     root: Path, outcome: Outcome, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = ["compare", root / "data", root / "pairs.jsonl", "-o", tmp_path / "report", "--workers", 0]
-    record = printed(capsys, *words, "--tuning-views", 1, "--views", "validation", "--baseline", "draw")
+    chosen = ["--tuning-views", 1, "--views", "all", "--shapes", HELD_OUT, "--baseline", "draw"]
+    record = printed(capsys, *words, *chosen)
     assert record == json.loads((tmp_path / "report" / "compare.json").read_text(encoding="utf-8"))
+    assert (record["shapes"], record["views"]) == (1, 2)
     assert record["tuned"]["views"] == 1
     assert record["differences"][0]["against"] == "draw"
 
@@ -181,6 +183,7 @@ def test_what_can_not_be_compared_is_one_line(root: Path, tmp_path: Path, capsys
     assert "validation.jsonl: 7 pairs, none to tune baselines on" in refused(data, only["validation"], *words[2:])
     assert "--baseline: found 'best', expected one of contours, SC-rtsc" in refused(*words, "--baseline", "best")
     assert "--views: found 'test', expected one of held-out" in refused(*words, "--views", "test")
+    assert "--shapes: found moon, expected shapes of" in refused(*words, "--shapes", f"{HELD_OUT},moon")
     assert "--preset: found 'fast', expected one of" in refused(*words, "--preset", "fast")
     assert "no-model: no such file" in refused(*words, "--model", tmp_path / "no-model")
     assert "--model: found two of the name" in refused(*words, "--model", model, "--model", model)

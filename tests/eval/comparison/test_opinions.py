@@ -15,6 +15,7 @@ from ncmodel.drawing.settings import Levels, draw_layers
 from ncmodel.model.maps import network_maps
 from ncmodel.model.predictor import load_model
 from ncmodel.model.threshold_search import Budget
+from ncmodel.types import LineFamily
 from tests.helpers.comparisons import HELD_OUT, make_folder
 
 pytestmark = pytest.mark.usefixtures("one_thread")
@@ -36,9 +37,12 @@ def test_what_it_likes_best_is_what_it_chooses(root: Path) -> None:
     budget = Budget((0.5,), full_grid=True, climbs=0, iterations=0, shortlist=256)
     plan = model.choose(view, "geometry", budget)
     assert plan.score == pytest.approx(said[WHOLE].candidates.max(), abs=1e-5)
-    plans = [setting.plan() for setting in drawings.levels.settings]
-    chosen = next(n for n, p in enumerate(plans) if (p.families, p.filtered) == (plan.families, plan.filtered))
-    assert said[WHOLE].candidates[chosen] == pytest.approx(said[WHOLE].candidates.max(), abs=1e-5)
+    borders = LineFamily.BOUNDARIES in plan.families
+    settings = enumerate(drawings.levels.settings)
+    alike = [n for n, s in settings if s.plan().filtered == plan.filtered and s.borders == borders]
+    assert said[WHOLE].candidates[alike].max() == pytest.approx(said[WHOLE].candidates.max(), abs=1e-5)
+    assert plan.finished
+    assert {LineFamily.CREASES, LineFamily.INTERSECTIONS} < set(plan.families)
 
 
 def test_a_model_of_pictures_judges_by_these_alone(root: Path) -> None:

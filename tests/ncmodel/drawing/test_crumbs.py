@@ -1,12 +1,11 @@
 """Short strokes: what carries nothing is left out, what a person would draw stays at any size."""
 
-from collections.abc import Sequence
-
 import numpy as np
 import pytest
 
 from ncmodel.drawing.crumbs import without_crumbs
-from ncmodel.types import Mask, Stroke
+from ncmodel.types import Stroke
+from tests.helpers.strokes import inside
 
 ALL_LINES = ["contours", "boundaries", "creases", "intersections", "suggestive", "ridges", "valleys", "apparent"]
 CURVATURE = ["suggestive", "ridges", "valleys", "apparent"]
@@ -14,10 +13,6 @@ CURVATURE = ["suggestive", "ridges", "valleys", "apparent"]
 
 def stroke(family: str, *points: tuple[float, float], alpha: float = 1.0) -> Stroke:
     return Stroke(family, np.array(points, dtype=np.float64), np.full(len(points), alpha))
-
-
-def inside(strokes: Sequence[Stroke]) -> Mask:
-    return np.zeros(len(strokes), dtype=np.bool_)
 
 
 def ring(family: str, radius: float) -> Stroke:

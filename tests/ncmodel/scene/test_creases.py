@@ -164,3 +164,12 @@ def test_degenerate_faces_and_edges_of_three_faces_do_no_harm() -> None:
     parts = split_at_creases(surface((np.concatenate([vertices, fin]), odd)), 40.0)
     assert np.isfinite(parts.normals).all()
     np.testing.assert_array_equal(parts.mesh.vertices[parts.faces[-1]][2], fin[0])
+
+
+def test_a_parted_surface_is_parted_anew_at_another_angle() -> None:
+    whole, camera = surface(can()), Camera.orbit(can()[0], 30.0, 20.0, size=(256, 256))
+    anew = split_at_creases(split_at_creases(whole, 20.0), 60.0)
+    assert anew is split_at_creases(whole, 60.0)
+    assert split_at_creases(anew, 60.0) is anew
+    found = View(anew, camera, 50.0).candidates(LineFamily.CREASES)
+    np.testing.assert_array_equal(found.points, View(whole, camera, 50.0).candidates(LineFamily.CREASES).points)
