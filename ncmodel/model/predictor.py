@@ -13,7 +13,7 @@ from typing import Literal
 
 import torch
 
-from ncmodel.drawing.plan import CRUMB, Plan
+from ncmodel.drawing.plan import MODEL_CRUMB, Plan
 from ncmodel.errors import ArgumentError, UsageError
 from ncmodel.export.png import strokes_ink
 from ncmodel.model.letterbox import Square
@@ -185,7 +185,7 @@ class Model:
             score=choice.score,
             evaluations=choice.evaluations,
             finished=True,
-            crumb=CRUMB,
+            crumb=MODEL_CRUMB,
             rims=True,
         )
 
@@ -218,7 +218,7 @@ class Model:
             evaluations=optimum.evaluations,
             converged=optimum.converged,
             finished=True,
-            crumb=CRUMB,
+            crumb=MODEL_CRUMB,
             rims=True,
         )
 
