@@ -87,6 +87,7 @@ def draw(
     preset: Annotated[
         str, typer.Option(help="instant, draft, balanced or accurate; matters with --model and in large pictures.")
     ] = "balanced",
+    device: Annotated[str, typer.Option(help="Where the model computes: cpu, cuda, ...")] = "cpu",
     suffix: Annotated[
         str | None, typer.Option("--format", help="svg, png or pdf: write to a folder, even one mesh (default svg).")
     ] = None,
@@ -94,7 +95,7 @@ def draw(
 ) -> None:
     """Draw the lines of shapes."""
     style: dict[str, Any] = {"background": background} | ({} if width is None else {"width": width})
-    chooser = None if model is None else _model(model, mode)
+    chooser = None if model is None else _model(model, mode, device)
     if maps is not None:
         others = {"--camera": camera, "--azimuth": azimuth, "--elevation": elevation, "--size": size}
         alone(maps, **{"a mesh": meshes}, **others, **{"--format": suffix, "--sort": sort})
@@ -226,7 +227,7 @@ def _camera(path: Path | None, azimuth: float | None, elevation: float | None, s
     return camera if size is None else camera.resized(*size_of(size))
 
 
-def _model(path: Path, mode: str | None) -> Any:
+def _model(path: Path, mode: str | None, device: str) -> Any:
     from ncmodel.nets.shipped import checkpoint_path
 
     path = checkpoint_path(path)
@@ -235,7 +236,7 @@ def _model(path: Path, mode: str | None) -> Any:
         raise InputError(path, "no such file", "a checkpoint")
     from ncmodel.published.model import load_model
 
-    return load_model(path, mode)  # type: ignore[arg-type]  # it checks
+    return load_model(path, mode, device)  # type: ignore[arg-type]  # it checks
 
 
 def _names(meshes: list[Path]) -> list[str]:

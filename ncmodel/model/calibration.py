@@ -10,8 +10,8 @@ from ncmodel.data.item import Item
 from ncmodel.data.pairs import Pair, read_pairs
 from ncmodel.images import read_grey
 from ncmodel.model.maps import item_maps
-from ncmodel.model.picture_score import PictureScore
 from ncmodel.model.preference import Preference, Votes, cross_fitted, fit_preference, reliability
+from ncmodel.model.score import PictureScore
 from ncmodel.nets.checkpoints import Checkpoint, load_checkpoint, save_checkpoint
 from ncmodel.nets.presets import Percentile
 from ncmodel.nets.ranking import RankingModule

@@ -15,10 +15,10 @@ from ncmodel.images import read_grey
 from ncmodel.mesh.load import load_mesh
 from ncmodel.model.calibration import preference_of
 from ncmodel.model.maps import network_maps
-from ncmodel.model.picture_score import PictureScore
 from ncmodel.model.picture_statistics import picture_scores
 from ncmodel.model.predictor import Model, as_seen, load_model
 from ncmodel.model.preference import UNCALIBRATED, Preference
+from ncmodel.model.score import PictureScore
 from ncmodel.nets.checkpoints import Checkpoint
 from ncmodel.scene.orientation import turn_outwards
 from ncmodel.scene.seams import sew_seams
@@ -71,6 +71,7 @@ def score_drawing(
     camera: Camera | str | Path,
     model: Model | str | Path,
     up: str = "y",
+    device: str = "cpu",
 ) -> float:
     """How good a drawing of a shape is, by what a model chooses by; higher is better.
 
@@ -81,12 +82,13 @@ def score_drawing(
         camera: What it is seen through, or its file.
         model: What `load_model` returns, or a checkpoint.
         up: The upward axis, "y" or "z", of a mesh file.
+        device: Where a checkpoint's networks compute: "cpu", "cuda", or another of torch's devices.
 
     Raises:
         InputError: A file can't be read, or a drawing isn't lines on paper in the camera's frame.
-        UsageError: The model ranks nothing.
+        UsageError: The model ranks nothing, or this machine has no such device.
     """
-    return score_drawings(shape, {"drawing": drawing}, camera, model, up).scores["drawing"]
+    return score_drawings(shape, {"drawing": drawing}, camera, model, up, device).scores["drawing"]
 
 
 def score_drawings(
@@ -95,6 +97,7 @@ def score_drawings(
     camera: Camera | str | Path,
     model: Model | str | Path,
     up: str = "y",
+    device: str = "cpu",
 ) -> DrawingScores:
     """Score several drawings of a view, and tell how many people would prefer one to another.
 
@@ -104,12 +107,13 @@ def score_drawings(
         camera: Likewise.
         model: Likewise.
         up: Likewise.
+        device: Likewise.
 
     Raises:
         InputError: As `score_drawing` does.
         UsageError: Likewise.
     """
-    judge = model if isinstance(model, Model) else load_model(model)
+    judge = model if isinstance(model, Model) else load_model(model, device)
     checkpoint = judge.checkpoint
     if checkpoint.ranker is None and checkpoint.statistics is None:
         raise UsageError("this model ranks nothing; expected one with a ranking module or a ranker on numbers")

@@ -12,6 +12,7 @@ import torch
 from ncmodel.drawing.settings import LayeredDrawings, Levels, Setting, draw_layers
 from ncmodel.model.letterbox import Square
 from ncmodel.model.statistics import statistics
+from ncmodel.nets.devices import device_of
 from ncmodel.nets.presets import BACKGROUND, MAPS
 from ncmodel.nets.ranking import RankingModule
 from ncmodel.nets.statistics_ranker import StatisticsRanker
@@ -110,8 +111,9 @@ def _pictures(
     square = Square(maps.shape[1], maps.shape[2], ranker.dims.size)
     always = 0.0 if image is None else image
     small = np.stack([square.fit(np.maximum(drawings.drawing(int(index)), always), background=0.0) for index in chosen])
-    seen, drawn = torch.from_numpy(square.fit(maps, BACKGROUND))[None], torch.from_numpy(small)[:, None]
+    fitted = square.fit(maps, BACKGROUND)[None], small[:, None]
+    seen, drawn = (torch.from_numpy(part).to(device_of(ranker)) for part in fitted)
     with torch.inference_mode():
         poses = [(drawn, seen), (drawn.flip(-1), seen.flip(-1))][: 1 + mirrored]
         scores = torch.stack([ranker.score(drawing, ranker.embed(view)) for drawing, view in poses]).mean(dim=0)
-    return np.asarray(scores.double().numpy())
+    return np.asarray(scores.double().cpu().numpy())

@@ -113,11 +113,16 @@ def _assemble(path: str | Path, name: str, preset: Preset, tensors: Tensors) -> 
             what = "is missing" if found is None else f"is {tuple(found.shape)} {found.dtype}"
             fits = f"{tuple(wanted.shape)} {wanted.dtype}, as the preset {preset.name!r} in its header says"
             raise InputError(path, f"tensor {name}.{key} {what}", fits)
-        if found.is_floating_point() and not bool(found.isfinite().all()):
+        if found.is_floating_point() and not _all_finite(found):
             raise InputError(path, f"tensor {name}.{key} has numbers that aren't finite", "finite weights")
         own[key] = found
     network.load_state_dict(own, assign=True)
     return network.eval().requires_grad_(False)
+
+
+def _all_finite(values: Tensor) -> bool:
+    """Whether all are numbers: their sum is one then, and costs a third; a sum that isn't may have overflowed."""
+    return bool(values.sum().isfinite()) or bool(values.isfinite().all())
 
 
 def save_tensors(path: str | Path, kind: str, tensors: Mapping[str, Tensor], header: Mapping[str, Any]) -> None:

@@ -4,6 +4,7 @@ import torch
 from torch import Tensor, nn
 
 from ncmodel.nets.blocks import Pick, ResidualBlock, Standardise
+from ncmodel.nets.devices import full_numbers
 from ncmodel.nets.presets import BACKGROUND, RankingDims
 
 
@@ -64,7 +65,9 @@ class RankingModule(nn.Module):
         x = self.pool(torch.relu(self.stem_norm(x)))
         for stage in self.stages:
             x = stage(x)
-        scores: Tensor = self.head(x.mean(dim=(2, 3)))[:, 0]
+        # Always in full precision: bfloat16 would round scores to steps of a hundredth.
+        with full_numbers(x.device):
+            scores: Tensor = self.head(x.mean(dim=(2, 3), dtype=self.head.weight.dtype))[:, 0]
         return scores
 
     def forward(self, drawings: Tensor, maps: Tensor) -> Tensor:

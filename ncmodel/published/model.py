@@ -12,9 +12,11 @@ from ncmodel.drawing.plan import Plan
 from ncmodel.errors import ArgumentError, UsageError
 from ncmodel.model.maps import network_maps
 from ncmodel.model.predictor import Model, Variant
+from ncmodel.model.surrogate_search import optimise_with_surrogate
 from ncmodel.model.threshold_search import BUDGETS, Budget, Optimum, budget_named, optimise
-from ncmodel.nets.blocks import threads_for
+from ncmodel.nets.blocks import WIDE, threads_for
 from ncmodel.nets.checkpoints import load_checkpoint
+from ncmodel.nets.devices import device_named, prepared
 from ncmodel.nets.presets import MAPS
 from ncmodel.nets.shipped import checkpoint_path
 from ncmodel.published.folder import HEIGHT, WIDTH, PublishedView
@@ -119,7 +121,7 @@ class PublishedModel(Model):
         assert ranker is not None, "its variants wouldn't have this one"
         score = PublishedScore(ranker, view, image)
         with threads_for(ranker.dims.width):
-            optimum = _search(score, budget)
+            optimum = self._search(score, view, image, budget)
         units = dict(zip(FILTERED_FAMILIES, view.p90.tolist(), strict=True))
         thresholds = Thresholds(None, None, None, None, unit="published", p90=units, feature_size=view.feature_size)
         chosen = {
@@ -152,31 +154,38 @@ class PublishedModel(Model):
         with torch.inference_mode():
             return np.asarray(torch.sigmoid(-translator.translate(seen))[0, 0].float().cpu().numpy())
 
+    def _search(self, score: PublishedScore, view: PublishedView, image: Image | None, budget: Budget | str) -> Optimum:
+        ranker = self.checkpoint.ranker
+        assert ranker is not None
+        if budget == SCHEDULE:
+            return published_search(score)
+        if isinstance(budget, str) and budget not in BUDGETS:
+            raise ArgumentError("preset", repr(budget), f"one of {', '.join(BUDGETS)}, {SCHEDULE}")
+        wanted = budget_named(budget, ranker.dims.width >= WIDE) if isinstance(budget, str) else budget
+        if wanted.looks:
+            rough = PublishedScore(prepared(ranker), view, image, rough=True)
+            return optimise_with_surrogate(score, rough, wanted.looks)
+        return optimise(score, wanted)
 
-def load_model(path: str | Path, mode: Mode | None = None) -> Model:
+
+def load_model(path: str | Path, mode: Mode | None = None, device: str | torch.device = "cpu") -> Model:
     """Read a checkpoint, ready to draw.
 
     Args:
         path: The file, or "default" for the model that ships with the package.
         mode: "paper" draws as the paper says, "published" as the published code does. By default what the networks are
             made for: the latter only for imported ones.
+        device: Where to compute: "cpu", "cuda", or another of torch's devices.
 
     Raises:
         InputError: The file isn't a checkpoint, or is damaged.
-        UsageError: There is no such mode, or these networks weren't imported.
+        UsageError: There is no such mode or device, or these networks weren't imported.
     """
     if mode not in (None, "paper", "published"):
         raise ArgumentError("mode", repr(mode), "paper or published")
-    checkpoint = load_checkpoint(checkpoint_path(path))
+    place = device_named(device)
+    checkpoint = load_checkpoint(checkpoint_path(path), place)
     published = checkpoint.preset.published
     if mode == "published" and not published:
         raise ArgumentError("mode", "'published'", "paper: this checkpoint's networks weren't imported")
-    return PublishedModel(checkpoint) if published and mode != "paper" else Model(checkpoint)
-
-
-def _search(score: PublishedScore, budget: Budget | str) -> Optimum:
-    if budget == SCHEDULE:
-        return published_search(score)
-    if isinstance(budget, str) and budget not in BUDGETS:
-        raise ArgumentError("preset", repr(budget), f"one of {', '.join(BUDGETS)}, {SCHEDULE}")
-    return optimise(score, budget_named(budget) if isinstance(budget, str) else budget)
+    return (PublishedModel if published and mode != "paper" else Model)(checkpoint, place)

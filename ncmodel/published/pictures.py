@@ -22,12 +22,11 @@ from ncmodel.images import png_ink
 from ncmodel.model.calibration import preference_of
 from ncmodel.model.filters import line_drawing
 from ncmodel.model.letterbox import Square
-from ncmodel.model.picture_score import PictureScore
 from ncmodel.model.picture_statistics import picture_scores
 from ncmodel.model.predictor import Model, Variant
 from ncmodel.model.preference import UNCALIBRATED, Preference
 from ncmodel.model.ridge_detection import RidgeOptions, chained, find_ridges, polylines
-from ncmodel.model.score import DrawingScore
+from ncmodel.model.score import DrawingScore, PictureScore
 from ncmodel.model.scoring import DrawingScores, Sheet, drawing_ink
 from ncmodel.model.setting_choice import choose_among
 from ncmodel.model.threshold_search import budget_named, optimise

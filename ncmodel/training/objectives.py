@@ -11,6 +11,7 @@ from torch import Tensor, nn
 
 from ncmodel.data.item import Item
 from ncmodel.data.pairs import Pair, best_drawings
+from ncmodel.nets.devices import device_of
 from ncmodel.nets.losses import cross_entropy, pair_accuracy, ranking_loss
 from ncmodel.nets.presets import Preset, Rates
 from ncmodel.nets.ranking import RankingModule
@@ -213,11 +214,6 @@ def finetune_losses(ranker: RankingModule, translator: TranslationBranch, pairs:
         merged_ranking=ranking_loss(scores[place], scores[pairs.worse]),
         cross_entropy=cross_entropy(logits, batch.drawings[best]),
     )
-
-
-def device_of(network: nn.Module) -> torch.device:
-    """Where a network's weights are, and its input must be."""
-    return next(network.parameters()).device
 
 
 def score_batch(ranker: RankingModule, batch: Batch) -> Tensor:

@@ -24,6 +24,7 @@ from ncmodel.errors import ArgumentError, InputError, UsageError
 from ncmodel.files import write_text
 from ncmodel.nets.blocks import WIDE, initialise, threads_for
 from ncmodel.nets.checkpoints import Checkpoint, load_checkpoint, save_checkpoint
+from ncmodel.nets.devices import device_named
 from ncmodel.nets.presets import Preset
 from ncmodel.nets.ranking import RankingModule
 from ncmodel.nets.statistics_ranker import StatisticsRanker
@@ -76,13 +77,7 @@ class TrainOptions:
             raise ArgumentError("seconds", str(self.seconds), "a positive number")
         if self.seed < 0:
             raise ArgumentError("seed", str(self.seed), "0 or more")
-        try:
-            torch.zeros(1, device=self.device)
-        except (RuntimeError, AssertionError) as error:
-            # torch's message may go on for many lines; the first one tells.
-            reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-            found = f"{self.device!r}, which torch can't use ({reason})"
-            raise ArgumentError("device", found, "cpu, cuda or another device of this machine") from error
+        device_named(self.device)
 
 
 @dataclass(frozen=True)
