@@ -21,8 +21,8 @@ from ncmodel.model.maps import line_maps, network_maps
 from ncmodel.model.ridge_detection import find_ridges, polylines
 from ncmodel.model.score import DrawingScore
 from ncmodel.model.setting_choice import choose_setting
-from ncmodel.model.surrogate_search import find_thresholds
-from ncmodel.model.threshold_search import Budget, budget_named
+from ncmodel.model.surrogate_search import optimise_with_surrogate
+from ncmodel.model.threshold_search import Budget, budget_named, optimise
 from ncmodel.nets.blocks import WIDE, threads_for
 from ncmodel.nets.checkpoints import Checkpoint, load_checkpoint
 from ncmodel.nets.devices import device_named, numbers, prepared
@@ -123,8 +123,9 @@ class Model:
         """
         if budget == "instant" and self.checkpoint.statistics is None:
             raise ArgumentError("preset", "'instant'", "draft, balanced or accurate: this model doesn't count ink")
-        budget = self.budget(budget) if isinstance(budget, str) else budget
         variant, preset = self.known_variant(variant), self.checkpoint.preset
+        large = preset.ranking.width >= WIDE
+        budget = budget_named(budget, large) if isinstance(budget, str) else budget
         seen = as_seen(view)
         maps = network_maps(seen, preset.inputs, preset.percentile)
         strokes = () if variant == "geometry" else self._image_lines(maps, seen, rough=budget.looks > 0)
@@ -136,19 +137,11 @@ class Model:
         scale = view.camera.width / seen.camera.width
         return replace(plan, strokes=tuple(replace(s, points=s.points * scale) for s in plan.strokes))
 
-    def budget(self, preset: str) -> Budget:
-        """The search budget that a preset means for networks of this size.
-
-        Raises:
-            UsageError: There is no such preset.
-        """
-        return budget_named(preset, self.checkpoint.preset.ranking.width >= WIDE)
-
     def probability(self, maps: Image, rough: bool = False) -> Image:
         """(S, S) line probability that the image branch sees in (K, H, W) maps, at its own resolution.
 
         Args:
-            maps: (K, H, W) maps that the network reads.
+            maps: (K, H, W) the maps of the preset's inputs.
             rough: Compute in the numbers in which the device is fastest; a hundredth may be lost.
 
         Raises:
@@ -207,8 +200,10 @@ class Model:
         with timed(seen.trace, "threshold_search"), threads_for(ranker.dims.width):
             scored = partial(DrawingScore, maps=maps, lines=lines, image=image, mirrored=budget.mirrored)
             score = scored(ranker)
-            rough = scored(self._rough_ranker, rough=True) if budget.looks else None
-            optimum = find_thresholds(score, budget, rough)
+            if budget.looks:
+                optimum = optimise_with_surrogate(score, scored(self._rough_ranker, rough=True), budget.looks)
+            else:
+                optimum = optimise(score, budget)
         chosen: dict[LineFamily, float] = {}
         for index, family in enumerate(FILTERED_FAMILIES):
             # From the largest feature on, a threshold leaves no line: the family is off.

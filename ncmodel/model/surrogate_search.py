@@ -22,7 +22,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.special import ndtr
 
 from ncmodel.errors import UsageError
-from ncmodel.model.threshold_search import Budget, Optimum, ScoredDrawing, Trial, optimise
+from ncmodel.model.threshold_search import Optimum, ScoredDrawing, Trial
 from ncmodel.types import Floats
 
 STARTS = (0.6, 0.2)
@@ -100,15 +100,6 @@ def _covariance(a: Floats, b: Floats, length: float) -> Floats:
     curved = (np.eye(dims) - apart[..., :, None] * apart[..., None, :]) * near[..., None, None] / length**2
     out[:, 1:, :, 1:] = np.moveaxis(curved, 2, 1)
     return out.reshape(len(a) * (1 + dims), len(b) * (1 + dims))
-
-
-def find_thresholds(exact: ScoredDrawing, budget: Budget, rough: ScoredDrawing | None = None) -> Optimum:
-    """Search as a budget says; as `optimise`, or as `optimise_with_surrogate`.
-
-    Raises:
-        UsageError: No score is a number.
-    """
-    return optimise_with_surrogate(exact, rough or exact, budget.looks) if budget.looks else optimise(exact, budget)
 
 
 def optimise_with_surrogate(exact: ScoredDrawing, rough: ScoredDrawing, looks: int) -> Optimum:

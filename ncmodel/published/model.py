@@ -12,11 +12,11 @@ from ncmodel.drawing.plan import Plan
 from ncmodel.errors import ArgumentError, UsageError
 from ncmodel.model.maps import network_maps
 from ncmodel.model.predictor import Model, Variant
-from ncmodel.model.surrogate_search import find_thresholds
-from ncmodel.model.threshold_search import BUDGETS, Budget, Optimum
-from ncmodel.nets.blocks import threads_for
+from ncmodel.model.surrogate_search import optimise_with_surrogate
+from ncmodel.model.threshold_search import BUDGETS, Budget, Optimum, budget_named, optimise
+from ncmodel.nets.blocks import WIDE, threads_for
 from ncmodel.nets.checkpoints import load_checkpoint
-from ncmodel.nets.devices import device_named
+from ncmodel.nets.devices import device_named, prepared
 from ncmodel.nets.presets import MAPS
 from ncmodel.nets.shipped import checkpoint_path
 from ncmodel.published.folder import HEIGHT, WIDTH, PublishedView
@@ -121,7 +121,7 @@ class PublishedModel(Model):
         assert ranker is not None, "its variants wouldn't have this one"
         score = PublishedScore(ranker, view, image)
         with threads_for(ranker.dims.width):
-            optimum = self._searched(score, budget)
+            optimum = self._search(score, view, image, budget)
         units = dict(zip(FILTERED_FAMILIES, view.p90.tolist(), strict=True))
         thresholds = Thresholds(None, None, None, None, unit="published", p90=units, feature_size=view.feature_size)
         chosen = {
@@ -135,13 +135,6 @@ class PublishedModel(Model):
             converged=optimum.converged,
         )
         return Choice(plan, score.ink(optimum.thresholds), mask)
-
-    def _searched(self, score: PublishedScore, budget: Budget | str) -> Optimum:
-        if budget == SCHEDULE:
-            return published_search(score)
-        if isinstance(budget, str) and budget not in BUDGETS:
-            raise ArgumentError("preset", repr(budget), f"one of {', '.join(BUDGETS)}, {SCHEDULE}")
-        return find_thresholds(score, self.budget(budget) if isinstance(budget, str) else budget)
 
     def paper(self, maps: Image) -> Image:
         """(H, W) probability of paper, not line, that the image branch sees in a view; it isn't padded.
@@ -160,6 +153,19 @@ class PublishedModel(Model):
         seen = seen.to(translator.standardise.scale)
         with torch.inference_mode():
             return np.asarray(torch.sigmoid(-translator.translate(seen))[0, 0].float().cpu().numpy())
+
+    def _search(self, score: PublishedScore, view: PublishedView, image: Image | None, budget: Budget | str) -> Optimum:
+        ranker = self.checkpoint.ranker
+        assert ranker is not None
+        if budget == SCHEDULE:
+            return published_search(score)
+        if isinstance(budget, str) and budget not in BUDGETS:
+            raise ArgumentError("preset", repr(budget), f"one of {', '.join(BUDGETS)}, {SCHEDULE}")
+        wanted = budget_named(budget, ranker.dims.width >= WIDE) if isinstance(budget, str) else budget
+        if wanted.looks:
+            rough = PublishedScore(prepared(ranker), view, image, rough=True)
+            return optimise_with_surrogate(score, rough, wanted.looks)
+        return optimise(score, wanted)
 
 
 def load_model(path: str | Path, mode: Mode | None = None, device: str | torch.device = "cpu") -> Model:
@@ -182,5 +188,4 @@ def load_model(path: str | Path, mode: Mode | None = None, device: str | torch.d
     published = checkpoint.preset.published
     if mode == "published" and not published:
         raise ArgumentError("mode", "'published'", "paper: this checkpoint's networks weren't imported")
-    kind = PublishedModel if published and mode != "paper" else Model
-    return kind(checkpoint, place)
+    return (PublishedModel if published and mode != "paper" else Model)(checkpoint, place)

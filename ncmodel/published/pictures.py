@@ -29,7 +29,7 @@ from ncmodel.model.ridge_detection import RidgeOptions, chained, find_ridges, po
 from ncmodel.model.score import DrawingScore, PictureScore
 from ncmodel.model.scoring import DrawingScores, Sheet, drawing_ink
 from ncmodel.model.setting_choice import choose_among
-from ncmodel.model.surrogate_search import find_thresholds
+from ncmodel.model.threshold_search import budget_named, optimise
 from ncmodel.nets.blocks import threads_for
 from ncmodel.published.folder import PublishedView
 from ncmodel.published.layers import filtered_lines, layers_of
@@ -184,10 +184,10 @@ def _chosen(
     allowed = np.array([family in families for family in FILTERED_FAMILIES], dtype=np.float32)
     lines = view.line_maps()
     lines = replace(lines, lines=lines.lines * allowed[:, None, None])
-    budget = model.budget(preset)
+    budget = budget_named(preset)
     with threads_for(checkpoint.ranker.dims.width):
         score = DrawingScore(checkpoint.ranker, maps, lines, image, budget.mirrored)
-        optimum = find_thresholds(score, budget)
+        optimum = optimise(score, budget)
     parts = [lines.contours, *([lines.boundaries] if optimum.boundaries else []), *([] if image is None else [image])]
     always = np.maximum.reduce(parts)
     pixels = torch.from_numpy(lines.lines).flatten(1), torch.from_numpy(lines.features).flatten(1)
@@ -209,7 +209,7 @@ def _with_setting(
     view: PublishedView, model: Model, image: Image | None, preset: str, families: Sequence[LineFamily]
 ) -> PictureDrawing:
     """What a model that counts ink chooses."""
-    checkpoint, budget, drawings = model.checkpoint, model.budget(preset), layers_of(view)
+    checkpoint, budget, drawings = model.checkpoint, budget_named(preset), layers_of(view)
     assert checkpoint.statistics is not None
     maps, allowed = view.network_maps(checkpoint.preset.inputs), (*families, LineFamily.BOUNDARIES)
     with threads_for(checkpoint.preset.ranking.width):

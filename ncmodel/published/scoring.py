@@ -12,6 +12,7 @@ from torch import Tensor
 
 from ncmodel.errors import UsageError
 from ncmodel.model.letterbox import Square
+from ncmodel.nets.devices import numbers
 from ncmodel.nets.presets import BACKGROUND
 from ncmodel.nets.ranking import RankingModule
 from ncmodel.published.folder import HEIGHT, WIDTH, PublishedView
@@ -104,6 +105,7 @@ class PublishedScore:
         ranker: The published ranking module.
         view: The view, of the published size.
         image: (H, W) ink of the image branch, if it takes part.
+        rough: Compute everything in the numbers in which the device is fastest.
 
     Raises:
         UsageError: The view has another size.
@@ -111,9 +113,11 @@ class PublishedScore:
 
     has_boundaries = False
 
-    def __init__(self, ranker: RankingModule, view: PublishedView, image: Image | None = None) -> None:
+    def __init__(
+        self, ranker: RankingModule, view: PublishedView, image: Image | None = None, rough: bool = False
+    ) -> None:
         check_size(view)
-        self._ranker, self._like = ranker, ranker.head.weight
+        self._ranker, self._like, self._rough = ranker, ranker.head.weight, rough
         self._square = Square(HEIGHT, WIDTH, ranker.dims.size)
         names = ranker.dims.inputs
         self._maps = self._tensor(centred(self._square.fit(view.network_maps(names), BACKGROUND), names))[None]
@@ -135,20 +139,17 @@ class PublishedScore:
         """(4,) which families have lines in this view."""
         return np.array([family.present for family in self.fading])
 
-    def threshold_leaving(self, family: int, share: float) -> float:
-        """The t at which `share` of a family's ink is left."""
-        return self.fading[family].threshold(share)
-
     def scores(self, thresholds: Floats, boundaries: bool = False, rough: bool = False) -> Floats:
-        """(B,) scores of (B, 4) thresholds; rough ones in bfloat16."""
-        with torch.inference_mode(), torch.autocast(self._like.device.type, torch.bfloat16, enabled=rough):
+        """(B,) scores of (B, 4) thresholds; rough ones in the numbers in which the device is fastest."""
+        with torch.inference_mode(), numbers(self._like.device, rough or self._rough):
             found = [self.score(self.drawings(self._tensor(t)[None])) for t in thresholds]
         return torch.cat(found).double().cpu().numpy()
 
     def slope(self, thresholds: Floats, boundaries: bool = False) -> tuple[float, Floats]:
         """The score at one (4,) t, and its (4,) gradient."""
         t = self._tensor(thresholds)[None].requires_grad_()
-        score = self.score(self.drawings(t))[0]
+        with numbers(self._like.device, self._rough):
+            score = self.score(self.drawings(t))[0]
         (gradient,) = torch.autograd.grad(score, t)
         return score.item(), gradient[0].double().cpu().numpy()
 

@@ -74,7 +74,7 @@ def test_lines_of_the_image_branch_lie_in_the_camera_s_picture(model: PublishedM
 def test_thresholds_are_chosen_among_the_families_asked_for(model: PublishedModel) -> None:
     mesh = make_mesh(*analytic.torus(40, 20))
     view = View(Surface(mesh), Camera.orbit(mesh.vertices, size=(300, 300)))
-    brief = Budget((0.3,), full_grid=False, climbs=1, iterations=1)
+    brief = Budget((0.3, 0.0), full_grid=False, climbs=1, iterations=1)
     plan = model.choose(view, "geometry", brief, (LineFamily.APPARENT,))
     assert set(plan.families) == {LineFamily.CONTOURS, LineFamily.CREASES, LineFamily.APPARENT}
     assert plan.thresholds.unit == "published"
