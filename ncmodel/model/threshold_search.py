@@ -97,7 +97,7 @@ lines: a ranking module judges drawings like those that it was trained on, and a
 
 LARGE_BUDGETS = {
     "draft": Budget((0.6,), full_grid=True, climbs=0, iterations=0, looks=4, shortlist=4),
-    "balanced": Budget((0.6,), full_grid=True, climbs=0, iterations=0, looks=13, shortlist=16),
+    "balanced": Budget((0.6,), full_grid=True, climbs=0, iterations=0, looks=14, shortlist=16),
     "accurate": Budget((0.6,), full_grid=True, climbs=0, iterations=0, looks=80, shortlist=64),
 }
 """The same for ranking modules as large as the paper's, which take a second for a gradient."""

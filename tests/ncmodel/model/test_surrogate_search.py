@@ -32,8 +32,9 @@ def two_hills(t: Floats) -> float:
 
 def test_the_surrogate_goes_through_what_it_is_told() -> None:
     """Scores and slopes of a sum of sines, and between them within a few standard deviations."""
-    rng = np.random.default_rng(0)
-    places, between = rng.random((12, 2)), rng.random((200, 2))
+    columns, rows = np.meshgrid(np.arange(4), np.arange(3))
+    places = (np.stack([columns, rows], axis=2).reshape(-1, 2) + 0.5) / [4, 3]
+    between = np.random.default_rng(0).random((200, 2))
 
     def sines(x: Floats) -> tuple[Floats, Floats]:
         return np.sin(3 * x).sum(axis=1), 3 * np.cos(3 * x)
@@ -44,9 +45,10 @@ def test_the_surrogate_goes_through_what_it_is_told() -> None:
     np.testing.assert_allclose(mean, scores, atol=0.02)
     assert (deviation < 0.05).all()
     ahead = [(surrogate(places + step)[0] - surrogate(places - step)[0]) / 2e-3 for step in 1e-3 * np.eye(2)]
-    np.testing.assert_allclose(np.stack(ahead, axis=1), slopes, atol=0.15)
+    np.testing.assert_allclose(np.stack(ahead, axis=1), slopes, atol=0.1)
     mean, deviation = surrogate(between)
-    assert np.abs(mean - sines(between)[0]).max() < 0.1
+    assert (np.abs(mean - sines(between)[0]) < 3 * deviation).all()
+    assert deviation.max() < 0.05
     far = surrogate(np.array([[9.0, 9.0]]))
     assert far[1] > 10 * deviation.max()
 
