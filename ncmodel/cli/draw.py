@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ncmodel.cli.common import emit, progress
-from ncmodel.cli.maps import MapsJob, alone
 from ncmodel.errors import BatchError, InputError, NeuralContoursError, UsageError, printable
 
 if TYPE_CHECKING:
@@ -98,6 +97,8 @@ def draw(
     chooser = None if model is None else _model(model, mode, device)
     if maps is not None:
         others = {"--camera": camera, "--azimuth": azimuth, "--elevation": elevation, "--size": size}
+        from ncmodel.cli.maps import MapsJob, alone
+
         alone(maps, **{"a mesh": meshes}, **others, **{"--format": suffix, "--sort": sort})
         options = {"model": chooser, "lines": lines, "thresholds": thresholds, "variant": variant, "preset": preset}
         MapsJob(maps, output, style, options).run(as_json)

@@ -151,6 +151,8 @@ BAD = {
         "score triangle.obj absent.png --camera wrong_keys.json --model gone.safetensors",
         "gone.safetensors|wrong_keys.json|absent.png",
     ),
+    "import-weights: missing file": ("import-weights --ranker gone.pth -o x.safetensors", "gone.pth"),
+    "export-onnx: missing model": ("export-onnx gone.safetensors -o networks", "gone.safetensors"),
     "compare: wrong pairs": ("compare folder pairs.jsonl --model gone.safetensors -o report", "pairs.jsonl|folder"),
     "evaluate: missing folder": ("evaluate --drawings absent --references folder -o report", "absent"),
     "evaluate: empty folder": ("evaluate --drawings folder --references folder -o report", "folder"),
