@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ncmodel.drawing.packed import Packed, Samples, sampled
-from ncmodel.lines.retracing import STAYS, Rule, Squares, retraced
+from ncmodel.lines.retracing import CRUMB, STAYS, Rule, Squares, retraced
 from ncmodel.types import Floats, Ints, LineFamily, Mask, Stroke
 
 SPACING = 1.0
@@ -21,6 +21,8 @@ LEAD = 8.0
 """Pixels over which an end of a line goes over to another line, for each pixel between both: less would be a kink."""
 TOUCHING = 1.0
 """Pixels from the end of a stroke to a line that it ends on, at most."""
+Outline = Callable[[Sequence[Stroke]], Mask]
+"""Which of some strokes are part of the outline."""
 _CLAIMS = (
     (LineFamily.CONTOURS,),
     (LineFamily.BOUNDARIES,),
@@ -46,9 +48,7 @@ def drop_overlapping(strokes: Sequence[Stroke], tolerance: float) -> tuple[Strok
     return _without_retraced(strokes, order, 0, 0, Rule(SPACING, tolerance))
 
 
-def drop_accompanying(
-    strokes: Sequence[Stroke], pixels: float, outline: Callable[[Sequence[Stroke]], Mask]
-) -> tuple[Stroke, ...]:
+def drop_accompanying(strokes: Sequence[Stroke], pixels: float, outline: Outline) -> tuple[Stroke, ...]:
     """Strokes without the parts that run along strokes of a stronger claim.
 
     Contours are claimed first and stay whole, as an outline is closed; then edges on the outline, boundaries, creases,
@@ -57,7 +57,7 @@ def drop_accompanying(
     Args:
         strokes: Polylines of two points or more, of any families.
         pixels: How near lines are that run along each other.
-        outline: Which of some strokes are part of the outline; asked of edges.
+        outline: Asked of edges, and of what would be left of lines as crumbs.
     """
     if len(strokes) < 2:
         return tuple(strokes)
@@ -68,10 +68,12 @@ def drop_accompanying(
     order = np.lexsort((-Packed.of(strokes).ink, claim, inside & (claim > 0)))
     rule = Rule(pixels / 2.0, pixels, parallel=0.94, shortest_run=2.0 * pixels, crumb=8, lead=LEAD, fainter=0.3)
     outlines = int((~inside | (claim == 0)).sum())
-    return _without_retraced(strokes, order, int((claim == 0).sum()), outlines, rule)
+    return _without_retraced(strokes, order, int((claim == 0).sum()), outlines, rule, outline)
 
 
-def _without_retraced(strokes: Sequence[Stroke], order: Ints, whole: int, rims: int, rule: Rule) -> tuple[Stroke, ...]:
+def _without_retraced(
+    strokes: Sequence[Stroke], order: Ints, whole: int, rims: int, rule: Rule, outline: Outline | None = None
+) -> tuple[Stroke, ...]:
     """Strokes without what runs along earlier ones.
 
     Args:
@@ -80,19 +82,32 @@ def _without_retraced(strokes: Sequence[Stroke], order: Ints, whole: int, rims: 
         whole: How many of the first stay whole.
         rims: How many of the first are outline: however short, what isn't near to other lines stays.
         rule: When strokes run along each other.
+        outline: Which of some strokes are part of the outline: of what would be left out as too short, those stay.
     """
     fine = sampled([strokes[index] for index in order.tolist()], rule.spacing)
     squares = Squares.of(fine.points, max(rule.tolerance, rule.spacing))
     along, placed = retraced(fine.points, fine.along, fine.alpha, fine.first, squares, max(whole, 1), rims, rule)
     pieces: list[list[Stroke]] = [[stroke] for stroke in strokes]
+    short: list[tuple[int, Stroke]] = []
     for rank in np.flatnonzero(np.logical_or.reduceat(along != STAYS, fine.first[:-1])).tolist():
         index, part = order[rank], slice(fine.first[rank], fine.first[rank + 1])
-        kept = along[part] == STAYS
-        changes = np.flatnonzero(np.diff(np.concatenate([[False], kept, [False]]).astype(np.int8)))
-        spans = (part.start + changes).reshape(-1, 2).tolist()
-        pieces[index] = [_piece(strokes[index], fine, placed, part, span) for span in spans]
+        pieces[index], crumbs = (
+            [_piece(strokes[index], fine, placed, part, span) for span in _spans(along[part] == mark, part.start)]
+            for mark in (STAYS, CRUMB)
+        )
+        short += [(index, crumb) for crumb in crumbs]
+    if outline is not None and short:
+        for (index, crumb), stays in zip(short, outline([crumb for _, crumb in short]).tolist(), strict=True):
+            if stays:
+                pieces[index].append(crumb)
     left = tuple(piece for some in pieces for piece in some)
     return _reaching(left, fine.points, placed, rule.lead) if rule.lead else left
+
+
+def _spans(chosen: Mask, begin: int) -> list[tuple[int, int]]:
+    """Where runs of True start and stop in a mask, counted from `begin`."""
+    changes = begin + np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(np.int8)))
+    return list(zip(changes[::2].tolist(), changes[1::2].tolist(), strict=True))
 
 
 def _reaching(strokes: tuple[Stroke, ...], points: Floats, placed: Floats, lead: float) -> tuple[Stroke, ...]:

@@ -13,8 +13,8 @@ from ncmodel.types import Floats, Ints
 
 BRANCH = 2.0
 """Pixels over which a line comes from another one that goes on beside it, for each pixel between both."""
-STAYS, _CRUMB = -1, -2
-"""What becomes of points that run along no stroke."""
+STAYS, CRUMB, _DRAWN_IN = -1, -2, -3
+"""What becomes of points that run along no stroke: they stay, or are too few, or lie on another stroke then."""
 _ROW = 1 << 32
 """Larger than any square's row, for one number for column and row."""
 
@@ -67,7 +67,7 @@ class Rule(NamedTuple):
 def retraced(
     points: Floats, along: Floats, alpha: Floats, first: Ints, squares: Squares, whole: int, rims: int, rule: Rule
 ) -> tuple[Ints, Floats]:
-    """(N,) for points on stretches that run along earlier strokes, a point that they pass; else `STAYS` or `_CRUMB`.
+    """(N,) for points on stretches that run along earlier strokes, a point that they pass; else what becomes of them.
 
     What goes is no reason for another one to go: of every two lines, one is drawn. And (N, 2) where all points are
     then: those that go lie where they pass the stroke that stays, and what is left of theirs comes from there.
@@ -103,8 +103,10 @@ def retraced(
                 continue
             short, part = 0 < i - start <= rule.crumb, i - start < end - begin
             near = short and _draw_in(points, placed, first, c, squares, found, start, i, rule.tolerance)
-            if near or (short and part and c >= rims and not _needed(found, first, c, start, i)):
-                found[start:i] = _CRUMB
+            if near:
+                found[start:i] = _DRAWN_IN
+            elif short and part and c >= rims and not _needed(found, first, c, start, i):
+                found[start:i] = CRUMB
             elif part and rule.lead > 0.0:
                 _lead(points, placed, found, first, c, start, i, rule.lead)
             start = i + 1

@@ -1,5 +1,7 @@
 """Strokes along other strokes: what goes, and what stays."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from ncmodel.chamfer import Lines
 from ncmodel.drawing.draw import draw
 from ncmodel.drawing.overlapping_strokes import drop_accompanying, drop_overlapping
 from ncmodel.mesh.load import make_mesh
-from ncmodel.types import LineFamily, Stroke
+from ncmodel.types import LineFamily, Mask, Stroke
 from tests.helpers import analytic
 from tests.helpers.strokes import inside
 
@@ -189,6 +191,17 @@ def test_of_two_edges_the_one_on_the_outline_stays() -> None:
     kept = drop_accompanying([long, short], 3.0, lambda some: np.array([each is short for each in some]))
     assert kept[-1] is short
     assert length(kept) < 110.0
+
+
+@pytest.mark.parametrize("outline", [True, False])
+def test_what_is_left_of_a_line_is_no_crumb_where_it_is_outline(outline: bool) -> None:
+    rim, inner = stroke((10, 0), (100, 0)), stroke((0, 0.5), (100, 0.5), (160, 60))
+
+    def beyond(some: Sequence[Stroke]) -> Mask:
+        return np.array([each is rim or (outline and each.points[:, 0].max() < 20) for each in some])
+
+    kept = drop_accompanying([rim, inner], 3.0, beyond)
+    assert (min(float(each.points[:, 0].min()) for each in kept) < 0.1) == outline
 
 
 def test_what_is_left_of_a_line_stays_in_its_place() -> None:
