@@ -14,6 +14,7 @@ from pathlib import Path
 
 from dataset_tools.votes.tables import BYTE_ORDER_MARK, looks_mangled, open_table
 from ncmodel.errors import InputError
+from ncmodel.parsing import parse_json
 
 SIMULATED = "simulated participant"
 """What `RequesterAnnotation` says where nobody answered."""
@@ -222,8 +223,8 @@ def _task_answers(text: str) -> dict[str, str]:
         ValueError: It is something else.
     """
     try:
-        listed = json.loads(text)
-    except (ValueError, RecursionError) as error:
+        listed = parse_json(text)
+    except ValueError as error:
         raise ValueError(f"{_BLOB} is not JSON ({error})") from error
     record = listed[0] if isinstance(listed, list) and len(listed) == 1 else listed
     if not isinstance(record, dict):
@@ -241,8 +242,8 @@ def _radio(value: object) -> str:
 def parse_seconds(text: str) -> dict[str, float]:
     """Seconds by field from the page's own record; what makes no sense is left out."""
     try:
-        record = json.loads(text) if text else {}
-    except (ValueError, RecursionError):
+        record = parse_json(text) if text else {}
+    except ValueError:
         return {}
     return sensible_seconds(record) if isinstance(record, dict) else {}
 
