@@ -7,6 +7,7 @@ import csv
 import json
 import math
 import re
+from collections import Counter
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta, timezone
@@ -110,7 +111,7 @@ def _header(path: Path, names: Sequence[str]) -> list[str]:
         raise InputError(
             path, found, "a results CSV with WorkerId, AssignmentId, Input.questionnaire and Answer columns"
         )
-    twice = sorted({name for name in header if name and header.count(name) > 1})
+    twice = sorted(name for name, times in Counter(header).items() if name and times > 1)
     if twice:
         raise InputError(path, f"column {twice[0]} twice", "each column once")
     return header
