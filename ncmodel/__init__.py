@@ -27,7 +27,7 @@ _EXPORTS = {
     "draw_shape": "ncmodel.drawing.draw:draw",
     "features": "ncmodel.scene.feature_arrays:features",
     "load_mesh": "ncmodel.mesh.load:load_mesh",
-    "load_model": "ncmodel.model.predictor:load_model",
+    "load_model": "ncmodel.published.model:load_model",
     "make_mesh": "ncmodel.mesh.load:make_mesh",
     "score_drawing": "ncmodel.model.scoring:score_drawing",
 }

@@ -6,8 +6,8 @@ from ncmodel.drawing.drawing import Drawing as Drawing
 from ncmodel.errors import NeuralContoursError as NeuralContoursError
 from ncmodel.mesh.load import load_mesh as load_mesh
 from ncmodel.mesh.load import make_mesh as make_mesh
-from ncmodel.model.predictor import load_model as load_model
 from ncmodel.model.scoring import score_drawing as score_drawing
+from ncmodel.published.model import load_model as load_model
 from ncmodel.scene.feature_arrays import features as features
 from ncmodel.scene.surface import Surface as Surface
 from ncmodel.scene.view import View as View

@@ -13,6 +13,7 @@ Conventions, stated once:
 Letters in array shapes: V vertices, F faces, S segments, H rows, W columns, K channels.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -42,6 +43,9 @@ class LineFamily(StrEnum):
 
 FILTERED_FAMILIES = (LineFamily.SUGGESTIVE, LineFamily.RIDGES, LineFamily.VALLEYS, LineFamily.APPARENT)
 """The families that a threshold filters, in the order of t = (t_S, t_R, t_V, t_A)."""
+
+LENGTHS = {LineFamily.SUGGESTIVE: 2, LineFamily.RIDGES: 1, LineFamily.VALLEYS: 1, LineFamily.APPARENT: 2}
+"""The power of the feature size that makes a family's feature dimensionless."""
 
 SUGGESTIVE_FADE = 0.03
 """rtsc's fade of suggestive contours: alpha is 1/2 this far above the threshold (docs/geometry.md 7)."""
@@ -81,8 +85,9 @@ class Mesh:
         return self.vertices if used.all() else self.vertices[used]
 
 
-Unit = Literal["rtsc", "p90"]
-"""What a threshold is measured in: rtsc's dimensionless strength, or the 90th percentile of a feature map."""
+Unit = Literal["rtsc", "p90", "published"]
+"""What a threshold is measured in: rtsc's dimensionless strength, the 90th percentile of a feature map, or rtsc's
+strength as the published code has it, from features that count as at most their 90th percentile."""
 
 
 @dataclass(frozen=True)
@@ -91,13 +96,23 @@ class Threshold:
 
     Attributes:
         value: At least 0, in `unit`; an infinite one leaves no line.
-        unit: "rtsc": compared with `LineSet.strength`; "p90": t of the paper's equations 1-4.
-        scale: What one of a "p90" threshold is: the 90th percentile of the family's feature map.
+        unit: "rtsc": compared with `LineSet.strength`; "p90": t of the paper's equations 1-4; "published": compared
+            with the strength that the published code gives lines.
+        scale: What one of a "p90" threshold is: the 90th percentile of the family's feature map; and what makes
+            features dimensionless in the unit "published".
+        most: In the unit "published", the feature above which all count as this.
     """
 
     value: float
     unit: Unit = "rtsc"
     scale: float = 1.0
+    most: float = math.inf
+
+    def measured(self, lines: "LineSet") -> "LineSet":
+        """The lines with features and scale as this threshold sees them."""
+        if self.unit != "published" or lines.family not in FILTERED_FAMILIES:
+            return lines
+        return replace(lines, feature=np.minimum(lines.feature, self.most), scale=self.scale)
 
     def limit(self, lines: "LineSet") -> float:
         """The value of feature / denominator at which this makes lines vanish."""
@@ -115,7 +130,8 @@ class Thresholds:
     Attributes:
         suggestive: t_S, and so on.
         unit: Of all four.
-        p90: In the unit "p90", family -> the 90th percentile of its feature map, where it is known already.
+        p90: In the units "p90" and "published", family -> the 90th percentile of its feature, where it is known.
+        feature_size: In the unit "published", the length that makes features dimensionless.
     """
 
     suggestive: float | None = 0.01
@@ -124,6 +140,7 @@ class Thresholds:
     apparent: float | None = 0.1
     unit: Unit = "rtsc"
     p90: Mapping[LineFamily, float] = field(default_factory=dict)
+    feature_size: float = 1.0
 
     families: ClassVar[tuple[LineFamily, ...]] = FILTERED_FAMILIES
 
@@ -141,6 +158,8 @@ class Thresholds:
         value = self.value(family)
         if value is None or family not in FILTERED_FAMILIES:
             return None if value is None else EVERYTHING
+        if self.unit == "published":
+            return Threshold(value, self.unit, self.feature_size ** LENGTHS[family], self.p90[family])
         return Threshold(value, self.unit, self.p90[family] if self.unit == "p90" else 1.0)
 
     def with_values(self, **values: float | None) -> Self:

@@ -130,14 +130,14 @@ def export(
     as_json: Json = False,
 ) -> None:
     """Write a view as the folder that the published code reads."""
-    from dataset_tools.build.neuralcontours_format import exchanged
     from ncmodel.data.data_folder import DataFolder
     from ncmodel.drawing.arguments import size_of
     from ncmodel.files import write_bytes
+    from ncmodel.published.rendering import published_view
 
     _check_format(format_)
     data, item = DataFolder.of_view(view)
-    files = exchanged(data.open_view(item, size_of(size))).files()
+    files = published_view(data.open_view(item, size_of(size))).files()
     output.mkdir(parents=True, exist_ok=True)
     for name, content in files.items():
         write_bytes(output / name, content)
@@ -153,13 +153,13 @@ def import_(
 ) -> None:
     """Read a folder of the published code as the maps that our model takes."""
     from dataset_tools.build.encoding import npz
-    from dataset_tools.build.neuralcontours_format import read_exchanged
     from ncmodel.files import write_bytes
+    from ncmodel.published.folder import read_folder
 
     _check_format(format_)
     if output.suffix.lower() != ".npz":
         raise UsageError(f"found {output}, expected a file *.npz")
-    arrays = read_exchanged(folder).arrays()
+    arrays = read_folder(folder).arrays()
     write_bytes(output, npz(**arrays))
     shapes = {name: list(array.shape) for name, array in arrays.items()}
     emit({"file": str(output), "arrays": shapes}, as_json, f"{len(arrays)} arrays in {output}")

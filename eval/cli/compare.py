@@ -24,6 +24,7 @@ Views = Annotated[
 Shapes = Annotated[str | None, typer.Option(help="Of these only the views of some shapes, a,b,c. (default all)")]
 Baseline = Annotated[str, typer.Option(help="Row that the others are compared with.")]
 Preset = Annotated[str, typer.Option(help="Of the models: draft, balanced or accurate.")]
+Device = Annotated[str, typer.Option(help="Where the models compute: cpu, cuda, ...")]
 TuningViews = Annotated[int | None, typer.Option(help="Tune baselines on at most so many training views (default all)")]
 TolerancePixels = Annotated[float, typer.Option(help="How far apart near pixels may be, in pictures 768 wide.")]
 Whole = Annotated[bool, typer.Option("--keep-silhouettes", help="Count what is near the silhouettes too.")]
@@ -42,6 +43,7 @@ def compare(
     shapes: Shapes = None,
     baseline: Baseline = "all-grid",
     preset: Preset = "balanced",
+    device: Device = "cpu",
     tuning_views: TuningViews = None,
     tolerance_pixels: TolerancePixels = 5.0,
     keep_silhouettes: Whole = False,
@@ -61,6 +63,7 @@ def compare(
         shapes=shapes.split(",") if shapes else (),
         baseline=baseline,
         preset=preset,
+        device=device,
         tuning_views=tuning_views,
         settings=Settings(tolerance_pixels),
         whole=keep_silhouettes,

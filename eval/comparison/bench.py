@@ -18,6 +18,7 @@ from ncmodel.data.item import Item
 from ncmodel.data.pairs import Pair, best_drawings, read_pairs
 from ncmodel.errors import ArgumentError, InputError
 from ncmodel.model.threshold_search import budget_named
+from ncmodel.nets.devices import device_named
 from ncmodel.nets.shipped import checkpoint_path
 from ncmodel.progress import Progress, silent
 
@@ -33,6 +34,7 @@ class Options:
         shapes: Of these only those of some shapes; of all by default.
         baseline: The row that others are compared with.
         preset: Of the models' search.
+        device: Where the models compute.
         levels: Thresholds that the -grid rows are tuned through.
         tuning_views: At most so many training views to tune on, evenly spread; all by default.
         settings: How drawings are compared; the tolerance is in pixels of pictures 768 wide.
@@ -46,6 +48,7 @@ class Options:
     shapes: Sequence[str] = ()
     baseline: str = "all-grid"
     preset: str = "balanced"
+    device: str = "cpu"
     levels: int = grid.THRESHOLDS
     tuning_views: int | None = None
     settings: Settings = field(default_factory=Settings)
@@ -54,6 +57,7 @@ class Options:
 
     def __post_init__(self) -> None:
         budget_named(self.preset)
+        device_named(self.device)
         if self.levels < 2:
             raise ArgumentError("levels", str(self.levels), "2 or more")
         if self.tuning_views is not None and self.tuning_views < 1:
@@ -88,7 +92,7 @@ def compare_methods(
     data.require(sorted({pair.item for pair in read}), pairs)
     checkpoints = [checkpoint_path(path) for path in options.models]
     models = dict(zip(labels(checkpoints), checkpoints, strict=True))
-    rows = row_names(models_of(tuple(models.items())))
+    rows = row_names(models_of(tuple(models.items()), options.device))
     if options.baseline not in rows:
         raise ArgumentError("baseline", repr(options.baseline), f"one of {', '.join(rows)}")
     references = references_of(options.references, data)
@@ -96,7 +100,17 @@ def compare_methods(
     best = best_drawings(read)
     training = _tuned_on(read, best, options.tuning_views, pairs)
     tuned = tune(data, training, options.settings, runner, options.levels, progress)
-    bench = Bench(data.root, Path(out), references, models, options.preset, tuned, options.settings, options.whole)
+    bench = Bench(
+        root=data.root,
+        out=Path(out),
+        references=references,
+        models=models,
+        preset=options.preset,
+        device=options.device,
+        tuned=tuned,
+        settings=options.settings,
+        whole=options.whole,
+    )
     sums = {label: checksum(path) for label, path in models.items()}
     tasks = [ViewTask.of(bench, item, best.get(item), sums) for item in items]
     records, failed = _measured(tasks, runner, progress)

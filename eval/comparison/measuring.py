@@ -41,6 +41,7 @@ class Bench:
         references: What drawings are judged by.
         models: Label -> checkpoint.
         preset: Of the models' search.
+        device: Where the models compute; measures don't depend on it by more than rounding.
         tuned: The parameters of the tuned baselines.
         settings: How drawings are compared; the tolerance is in pixels of pictures 768 wide.
         whole: Keep silhouettes.
@@ -51,6 +52,7 @@ class Bench:
     references: References
     models: Mapping[str, Path]
     preset: str
+    device: str
     tuned: Tuned
     settings: Settings
     whole: bool
@@ -131,7 +133,7 @@ def measure_view(task: ViewTask) -> dict[str, Any]:
     the 256; and `rankers`, what models say of the eight and of the 256, by all they go by and by pictures alone.
     """
     bench, item = task.bench, task.item
-    data, models = DataFolder(bench.root), models_of(tuple(bench.models.items()))
+    data, models = DataFolder(bench.root), models_of(tuple(bench.models.items()), bench.device)
     view = open_as_drawn(data, item)
     references = bench.references.of(item)
     target = target_of(view, item.name, references, bench.settings, bench.whole)
@@ -158,7 +160,9 @@ def measure_view(task: ViewTask) -> dict[str, Any]:
     rankers: dict[str, dict[str, Any]] = {}
     eight = [selected.drawing(number) for number in range(len(selected.scores))]
     for label, model in models.items():
-        for by, said in opinions(model, network_maps(view), eight, settings_of(data, item), settings).items():
+        preset = model.checkpoint.preset
+        seen = network_maps(view, preset.inputs, preset.percentile)
+        for by, said in opinions(model, seen, eight, settings_of(data, item), settings).items():
             name = " ".join(part for part in (label, by) if part)
             rankers[name] = _ranked(said, everything)
             if by == WHOLE:
@@ -188,9 +192,9 @@ def measure_view(task: ViewTask) -> dict[str, Any]:
 
 
 @cache
-def models_of(checkpoints: tuple[tuple[str, Path], ...]) -> dict[str, Model]:
+def models_of(checkpoints: tuple[tuple[str, Path], ...], device: str) -> dict[str, Model]:
     """The models, read once a process."""
-    return {label: load_model(path) for label, path in checkpoints}
+    return {label: load_model(path, device) for label, path in checkpoints}
 
 
 def _choice(plan: Plan) -> dict[str, Any]:

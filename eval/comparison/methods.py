@@ -19,7 +19,7 @@ from ncmodel.export.png import png
 from ncmodel.images import png_ink
 from ncmodel.model.predictor import Model, Variant
 from ncmodel.scene.view import View
-from ncmodel.types import Image, LineFamily
+from ncmodel.types import Image
 
 PLAIN = "draw"
 """The row of plain `ncontours draw`."""
@@ -115,11 +115,8 @@ class Learned:
 
     def draw(self, view: View) -> Drawn:
         """See `Method.draw`."""
-        return Drawn.of(draw(view.surface, view.camera, model=self, preset=self.preset))
-
-    def choose(self, view: View, *, budget: str, families: Sequence[LineFamily]) -> Plan:
-        """See `Chooser.choose`: the model's choice, by the branches of the variant alone."""
-        return self.model.choose(view, self.variant, budget, families)
+        drawing = draw(view.surface, view.camera, model=self.model, variant=self.variant, preset=self.preset)
+        return Drawn.of(drawing)
 
 
 def classic_methods(tuned: Tuned) -> list[Method]:

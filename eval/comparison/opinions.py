@@ -13,8 +13,8 @@ from ncmodel.config import read_config
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
 from ncmodel.drawing.settings import LayeredDrawings, Levels
-from ncmodel.model.picture_score import PictureScore
 from ncmodel.model.predictor import Model
+from ncmodel.model.score import PictureScore
 from ncmodel.model.setting_choice import setting_scores
 from ncmodel.types import Floats, Image
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ncmodel.cli.common import emit, progress
+from ncmodel.cli.maps import MapsJob, alone
 from ncmodel.errors import BatchError, InputError, NeuralContoursError, UsageError, printable
 
 if TYPE_CHECKING:
@@ -27,12 +28,17 @@ THUMBNAIL_WIDTH = 4.0
 
 
 def draw(
-    meshes: Annotated[
-        list[Path], typer.Argument(metavar="MESH", help="Mesh files: obj, ply, stl, off, gltf, glb; points: xyz.")
-    ],
     output: Annotated[
         Path, typer.Option("--output", "-o", help="An .svg, .png or .pdf file; for several meshes, a folder.")
     ],
+    meshes: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="MESH", help="Mesh files: obj, ply, stl, off, gltf, glb; points: xyz."),
+    ] = None,
+    maps: Annotated[
+        Path | None,
+        typer.Option(help="Folder of maps in place of meshes, as dataset export writes it."),
+    ] = None,
     camera: Annotated[Path | None, typer.Option(help="Camera file (JSON), not beside --azimuth, --elevation.")] = None,
     azimuth: Annotated[float | None, typer.Option(help="Degrees round the shape from its front (default 30)")] = None,
     elevation: Annotated[float | None, typer.Option(help="Degrees above the ground (default 30)")] = None,
@@ -71,15 +77,33 @@ def draw(
     model: Annotated[
         Path | None, typer.Option(help="Checkpoint that chooses what to draw, or default: the one that ships.")
     ] = None,
+    variant: Annotated[
+        str | None, typer.Option(help="full, geometry or image: the model's branches that take part (default all)")
+    ] = None,
+    mode: Annotated[
+        str | None,
+        typer.Option(help="paper or published: whose way a model draws (default published for imported weights)"),
+    ] = None,
     preset: Annotated[
         str, typer.Option(help="instant, draft, balanced or accurate; matters with --model and in large pictures.")
     ] = "balanced",
+    device: Annotated[str, typer.Option(help="Where the model computes: cpu, cuda, ...")] = "cpu",
     suffix: Annotated[
         str | None, typer.Option("--format", help="svg, png or pdf: write to a folder, even one mesh (default svg).")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print what was computed as JSON.")] = False,
 ) -> None:
     """Draw the lines of shapes."""
+    style: dict[str, Any] = {"background": background} | ({} if width is None else {"width": width})
+    chooser = None if model is None else _model(model, mode, device)
+    if maps is not None:
+        others = {"--camera": camera, "--azimuth": azimuth, "--elevation": elevation, "--size": size}
+        alone(maps, **{"a mesh": meshes}, **others, **{"--format": suffix, "--sort": sort})
+        options = {"model": chooser, "lines": lines, "thresholds": thresholds, "variant": variant, "preset": preset}
+        MapsJob(maps, output, style, options).run(as_json)
+        return
+    if not meshes:
+        raise UsageError("found neither a mesh nor --maps, expected one of them. Try --help.")
     given = {
         "azimuth": azimuth,
         "elevation": elevation,
@@ -89,14 +113,15 @@ def draw(
     job = _Job(
         output=output,
         camera=_camera(camera, azimuth, elevation, size),
-        style={"background": background} if width is None else {"width": width, "background": background},
+        style=style,
         sort=sort,
         suffix="svg" if suffix is None else suffix,
         as_json=as_json,
         options={
             "lines": lines,
             "thresholds": thresholds,
-            "model": None if model is None else _model(model),
+            "model": chooser,
+            "variant": variant,
             "preset": preset,
             "up": up,
             "tolerance": tolerance,
@@ -202,16 +227,16 @@ def _camera(path: Path | None, azimuth: float | None, elevation: float | None, s
     return camera if size is None else camera.resized(*size_of(size))
 
 
-def _model(path: Path) -> Any:
+def _model(path: Path, mode: str | None, device: str) -> Any:
     from ncmodel.nets.shipped import checkpoint_path
 
     path = checkpoint_path(path)
     if not path.is_file():
         # Told without the seconds that it takes to import the networks.
         raise InputError(path, "no such file", "a checkpoint")
-    from ncmodel.model.predictor import load_model
+    from ncmodel.published.model import load_model
 
-    return load_model(path)
+    return load_model(path, mode, device)  # type: ignore[arg-type]  # it checks
 
 
 def _names(meshes: list[Path]) -> list[str]:

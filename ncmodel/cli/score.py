@@ -7,29 +7,56 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ncmodel.cli.common import emit
+from ncmodel.cli.maps import alone
+from ncmodel.errors import UsageError
 
 if TYPE_CHECKING:
     from ncmodel.model.scoring import DrawingScores
 
 
 def score(
-    mesh: Annotated[Path, typer.Argument(metavar="MESH", help="Mesh file.")],
-    drawings: Annotated[
+    files: Annotated[
         list[Path],
-        typer.Argument(metavar="DRAWING", help="Pictures with dark lines on light paper, in the camera's frame."),
+        typer.Argument(
+            metavar="MESH DRAWING",
+            help="A mesh file (not with --maps), then pictures with dark lines on light paper, in the camera's frame.",
+        ),
     ],
-    camera: Annotated[Path, typer.Option(help="Camera file (JSON) that the drawings are seen through.")],
+    camera: Annotated[
+        Path | None, typer.Option(help="Camera file (JSON) that the drawings are seen through; not with --maps.")
+    ] = None,
     model: Annotated[str, typer.Option(help="Checkpoint, or default: the one that ships.")] = "default",
+    maps: Annotated[
+        Path | None, typer.Option(help="Folder in the published layout in place of the mesh and its camera.")
+    ] = None,
     up: Annotated[str, typer.Option(help="The mesh file's upward axis, y or z.")] = "y",
+    device: Annotated[str, typer.Option(help="Where the model computes: cpu, cuda, ...")] = "cpu",
     as_json: Annotated[bool, typer.Option("--json", help="Print scores and probabilities as JSON.")] = False,
 ) -> None:
     """Score drawings by a model's ranking module, and tell how many people prefer one to another."""
-    from ncmodel.model.scoring import score_drawings
-
-    found = score_drawings(mesh, _by_name(drawings), camera, model, up)
+    found = _of_mesh(files, camera, model, up, device) if maps is None else _of_maps(maps, files, camera, model, device)
     if not found.calibrated:
         sys.stderr.write(f"note: {model} was trained without held-out votes; how many people prefer what is a guess\n")
     emit(found.to_record(), as_json, _table(found))
+
+
+def _of_mesh(files: list[Path], camera: Path | None, model: str, up: str, device: str) -> "DrawingScores":
+    from ncmodel.model.scoring import score_drawings
+
+    if camera is None:
+        raise UsageError("--camera: found none, expected a camera file, or --maps in place of mesh and camera")
+    if len(files) < 2:
+        raise UsageError(f"found {files[0]} alone, expected a mesh and drawings of it")
+    return score_drawings(files[0], _by_name(files[1:]), camera, model, up, device)
+
+
+def _of_maps(maps: Path, drawings: list[Path], camera: Path | None, model: str, device: str) -> "DrawingScores":
+    from ncmodel.published.folder import read_maps
+    from ncmodel.published.model import load_model
+    from ncmodel.published.pictures import score_maps
+
+    alone(maps, **{"--camera": camera})
+    return score_maps(read_maps(maps), _by_name(drawings), load_model(model, device=device))
 
 
 def _by_name(drawings: list[Path]) -> dict[str, Path]:

@@ -7,7 +7,7 @@ lines are thresholded before their visibility is decided.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from ncmodel.camera import DEFAULT_AZIMUTH, DEFAULT_ELEVATION, DEFAULT_SIZE, Camera
 from ncmodel.drawing import arguments
@@ -17,7 +17,7 @@ from ncmodel.drawing.importance import most_important, without_short
 from ncmodel.drawing.plan import Plan
 from ncmodel.drawing.strokes import strokes
 from ncmodel.drawing.thresholding import fade, survivors
-from ncmodel.errors import UsageError
+from ncmodel.errors import ArgumentError, UsageError
 from ncmodel.export.page import page_scale
 from ncmodel.lines.visibility import MESH_EDGES
 from ncmodel.mesh.load import load_mesh, make_mesh
@@ -82,6 +82,7 @@ def draw(
     thresholds: arguments.ThresholdValues | None = None,
     *,
     model: Chooser | None = None,
+    variant: str | None = None,
     preset: str = "balanced",
     azimuth: float = DEFAULT_AZIMUTH,
     elevation: float = DEFAULT_ELEVATION,
@@ -104,8 +105,10 @@ def draw(
         thresholds: rtsc's defaults unless given, for those that {"suggestive": 0.02} or "suggestive=0.02" doesn't name,
             too; a model finds its own.
         model: Chooses thresholds and families, and adds the lines of its image branch.
+        variant: Which of the model's branches take part: "full", "geometry" or "image"; all that it has by default.
         preset: "instant", "draft", "balanced" or "accurate": how densely visibility is sampled, how closely strokes
-            follow the lines, and how thoroughly a model searches.
+            follow the lines, and how thoroughly a model searches. "published" is as "balanced", but an imported model
+            searches by the published schedule.
         azimuth: Degrees round the shape from its front, without a camera.
         elevation: Degrees above the ground, without a camera.
         size: (width, height) in pixels, or both in one, without a camera.
@@ -118,11 +121,13 @@ def draw(
 
     Raises:
         MeshError: The file can't be read.
-        UsageError: Some argument makes no sense, or thresholds are given together with a model.
+        UsageError: Some argument makes no sense, or thresholds are given together with a model or a variant without.
     """
     fineness = _fineness(preset, tolerance)
     if thresholds is not None and model is not None:
         raise UsageError("thresholds: found some beside a model, which chooses its own; expected one or the other")
+    if variant is not None and model is None:
+        raise ArgumentError("variant", repr(variant), "a model beside it, whose branches it tells")
     asked = arguments.plan_of(lines, thresholds, detail, min_length)
     _check(camera, model, azimuth=azimuth, elevation=elevation, crease_angle=crease_angle)
     surface = _surface(shape, up, None if camera is None else camera.eye)
@@ -130,7 +135,8 @@ def draw(
         surface = split_at_creases(surface, crease_angle)
     placed = camera or Camera.orbit(surface.mesh.used_vertices, azimuth, elevation, size=arguments.size_of(size))
     view = View(surface, placed, crease_angle)
-    plan = asked if model is None else _chosen(model, view, preset, None if lines is None else asked.families)
+    among = None if lines is None else asked.families
+    plan = asked if model is None else _chosen(model, view, variant, preset, among)
     plan = replace(plan, detail=asked.detail, min_length=asked.min_length)
     drawing = draw_view(seen_by(plan, view), plan, fineness)
     if camera is not None or isinstance(shape, Surface):
@@ -254,21 +260,24 @@ def _check(camera: object, model: object, crease_angle: float, **angles: float) 
 
 
 def _fineness(preset: str, tolerance: float | None) -> Fineness:
-    if preset not in PRESETS:
+    known = {**PRESETS, "published": BALANCED}
+    if preset not in known:
         raise UsageError(f"preset: found {preset!r}, expected one of {', '.join(PRESETS)}")
     if tolerance is None:
-        return PRESETS[preset]
+        return known[preset]
     arguments.number("tolerance", tolerance, "pixels >= 0")
     if tolerance < 0.0:
         raise UsageError(f"tolerance: found {tolerance}, expected pixels >= 0")
-    return replace(PRESETS[preset], tolerance=tolerance)
+    return replace(known[preset], tolerance=tolerance)
 
 
-def _chosen(model: Chooser, view: View, preset: str, asked: tuple[LineFamily, ...] | None) -> Plan:
+def _chosen(model: Chooser, view: View, variant: str | None, preset: str, asked: tuple[LineFamily, ...] | None) -> Plan:
     """What a model draws, of the families asked for."""
+    # Whoever else chooses needn't know variants.
+    branches: dict[str, Any] = {} if variant is None else {"variant": variant}
     if asked is None:
-        return model.choose(view, budget=preset, families=tuple(LineFamily))
-    plan = model.choose(view, budget=preset, families=asked)
+        return model.choose(view, budget=preset, families=tuple(LineFamily), **branches)
+    plan = model.choose(view, budget=preset, families=asked, **branches)
     chosen = tuple(family for family in plan.families if family in asked)
     # These are no part of what every model can weigh; they are drawn if somebody wants them.
     wanted = (f for f in (LineFamily.CREASES, LineFamily.INTERSECTIONS) if f in asked and f not in chosen)

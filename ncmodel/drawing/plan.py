@@ -17,6 +17,10 @@ DEFAULT_FAMILIES = (
 CRUMB = 0.02
 """Of the picture's shorter side: what strokes of a drawing of `DEFAULT_FAMILIES` have as ink at least."""
 
+MODEL_CRUMB = 0.04
+"""The same where a model chooses: it draws weaker lines, too, where a view needs them, and these break into more bits.
+This share serves best on views of training shapes (docs/training.md)."""
+
 
 @dataclass(frozen=True)
 class Plan:

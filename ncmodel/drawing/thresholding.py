@@ -5,6 +5,8 @@ In rtsc's units a threshold is compared with the dimensionless strength x = scal
 * suggestive contours are cut where x falls below t; alpha = (x - t) / (x - t + 0.03)  (DeCarlo et al. 2003, in rtsc);
 * ridges, valleys and apparent ridges are left out where both ends are below t; alpha = max(1 - t/x, 0).
 
+The published code has the same two ways to fade, from a strength of its own (`Threshold.measured`).
+
 In units of the 90th percentile, all four are faded as the paper's equations 1-4: alpha = max(1 - t p90/feature, 0), and
 cut where that reaches 0. The other families have no threshold and full opacity.
 """
@@ -35,6 +37,7 @@ def survivors(lines: LineSet, threshold: Threshold) -> Mask:
     """
     if lines.family not in FILTERED_FAMILIES:
         return np.ones(len(lines), dtype=np.bool_)
+    lines = threshold.measured(lines)
     limit = threshold.limit(lines)
     if math.isinf(limit):
         return np.zeros(len(lines), dtype=np.bool_)
@@ -53,13 +56,13 @@ def fade(lines: LineSet, threshold: Threshold = EVERYTHING) -> Segments:
         lines: All lines of a family, at threshold 0.
         threshold: The family's.
     """
-    kept = lines.take(survivors(lines, threshold))
+    kept = threshold.measured(lines.take(survivors(lines, threshold)))
     if lines.family not in FILTERED_FAMILIES:
         alpha = np.ones_like(kept.feature)
     elif _suggestive_in_rtsc(lines, threshold):
-        kept, alpha = _fade_suggestive(kept, threshold.limit(lines))
+        kept, alpha = _fade_suggestive(kept, threshold.limit(kept))
     else:
-        limit = threshold.limit(lines)
+        limit = threshold.limit(kept)
         if threshold.unit == "p90":
             kept = _cut(kept, kept.feature - limit)
         alpha = _inverse_fade(kept.feature, limit)
@@ -67,7 +70,7 @@ def fade(lines: LineSet, threshold: Threshold = EVERYTHING) -> Segments:
 
 
 def _suggestive_in_rtsc(lines: LineSet, threshold: Threshold) -> bool:
-    return lines.family is LineFamily.SUGGESTIVE and threshold.unit == "rtsc"
+    return lines.family is LineFamily.SUGGESTIVE and threshold.unit != "p90"
 
 
 def _inverse_fade(feature: Floats, limit: float) -> Floats:

@@ -5,15 +5,15 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
 from ncmodel.data.pairs import Pair, read_pairs
 from ncmodel.images import read_grey
-from ncmodel.model.picture_score import PictureScore
+from ncmodel.model.maps import item_maps
 from ncmodel.model.preference import Preference, Votes, cross_fitted, fit_preference, reliability
+from ncmodel.model.score import PictureScore
 from ncmodel.nets.checkpoints import Checkpoint, load_checkpoint, save_checkpoint
+from ncmodel.nets.presets import Percentile
 from ncmodel.nets.ranking import RankingModule
 
 RECORD = "preference"
@@ -47,7 +47,7 @@ def calibrate_file(path: str | Path, data: str | Path, pairs: str | Path) -> dic
     held_out = [pair for pair in read_pairs(pairs) if pair.split == "validation"]
     found = None
     if checkpoint.ranker is not None and checkpoint.statistics is None and held_out:
-        found = calibrate(checkpoint.ranker, DataFolder(data), held_out)
+        found = calibrate(checkpoint.ranker, DataFolder(data), held_out, checkpoint.preset.percentile)
     if checkpoint.training.get(RECORD) != found:
         checkpoint.training.pop(RECORD, None)
         checkpoint.training |= {} if found is None else {RECORD: found}
@@ -55,7 +55,9 @@ def calibrate_file(path: str | Path, data: str | Path, pairs: str | Path) -> dic
     return found
 
 
-def calibrate(ranker: RankingModule, data: DataFolder, pairs: Sequence[Pair]) -> dict[str, Any]:
+def calibrate(
+    ranker: RankingModule, data: DataFolder, pairs: Sequence[Pair], percentile: Percentile = "view"
+) -> dict[str, Any]:
     """What held-out votes say of a ranking module's scores; see `calibrate_file`."""
     by_item: dict[Item, list[Pair]] = {}
     for pair in pairs:
@@ -63,7 +65,7 @@ def calibrate(ranker: RankingModule, data: DataFolder, pairs: Sequence[Pair]) ->
     ordered = [pair for item in sorted(by_item) for pair in by_item[item]]
     better, worse = [], []
     for item in sorted(by_item):
-        score = PictureScore(ranker, np.stack([read_grey(path) for path in data.map_paths(item)]))
+        score = PictureScore(ranker, item_maps(data, item, ranker.pick.given, percentile))
         scores = score.scores(1.0 - read_grey(path) for path in data.drawing_paths(item))
         better += [float(scores[pair.better]) for pair in by_item[item]]
         worse += [float(scores[pair.worse]) for pair in by_item[item]]

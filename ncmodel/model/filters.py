@@ -4,8 +4,11 @@ The equations hold for each pixel on its own, so the last dimension may list all
 carry lines; whoever works on whole pictures flattens them. Letters in shapes: B drawings, P pixels.
 """
 
+import numpy as np
 import torch
 from torch import Tensor
+
+from ncmodel.types import Image
 
 SMALLEST_FEATURE = 1e-6
 """Features below this count as this one: they fade within a threshold of a millionth of the 90th percentile, and the
@@ -45,3 +48,41 @@ def line_drawing(lines: Tensor, features: Tensor, always: Tensor, thresholds: Te
         steepness = line / feature.clamp(min=SMALLEST_FEATURE)
         drawn = torch.maximum(drawn, torch.addcmul(line, t[:, None], steepness, value=-1))
     return drawn
+
+
+class Fading:
+    """How much ink of one family is left at which threshold.
+
+    With pixels in order of falling feature, those above t keep sum(S) - t sum(S / feature), which is linear in t
+    between two features: so share and threshold can be told from each other.
+
+    Args:
+        ink: (P,) S.
+        feature: (P,) what filters it.
+    """
+
+    def __init__(self, ink: Image, feature: Image) -> None:
+        drawn = ink > 0
+        strength, own = np.maximum(feature[drawn].astype(np.float64), 1e-12), ink[drawn].astype(np.float64)
+        order = np.argsort(-strength, kind="stable")
+        strength, own = strength[order], own[order]
+        self._total, self._steepness = np.cumsum(own), np.cumsum(own / strength)
+        self._left = self._total - strength * self._steepness
+
+    @property
+    def present(self) -> bool:
+        """Whether the family has lines in this view."""
+        return len(self._total) > 0
+
+    def threshold(self, share: float) -> float:
+        """The t at which `share` of the ink is left: 0 for share 1, the largest feature for share 0."""
+        wanted, last = share * self._total[-1], self._above(share)
+        return float(max((self._total[last] - wanted) / self._steepness[last], 0.0))
+
+    def slope(self, share: float) -> float:
+        """dt/dshare there, where it is steeper: with a little more ink."""
+        return float(-self._total[-1] / self._steepness[self._above(share)])
+
+    def _above(self, share: float) -> int:
+        """The last pixel, in order of falling feature, that isn't gone where `share` of the ink is left."""
+        return max(int(np.searchsorted(self._left, share * self._total[-1], side="right")) - 1, 0)

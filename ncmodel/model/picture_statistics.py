@@ -13,6 +13,7 @@ import torch
 from ncmodel.chamfer import distance_to
 from ncmodel.drawing.settings import INK_LEVEL, LayeredDrawings
 from ncmodel.model.statistics import FAINT, statistics
+from ncmodel.nets.presets import MAPS
 from ncmodel.nets.statistics_ranker import StatisticsRanker
 from ncmodel.types import Floats, Image, Mask
 
@@ -26,11 +27,11 @@ def picture_scores(inks: Sequence[Image], drawings: LayeredDrawings, maps: Image
     Args:
         inks: (H, W) ink of each, at the size of the layers.
         drawings: The layers of the view.
-        maps: (7, H, W) depth and shaded maps.
+        maps: (K, H, W) depth and shaded maps, perhaps others after them.
         counting: The ranker on numbers.
     """
     layers, members = drawings.masks, drawings.levels.members
-    known = statistics(layers, members, maps[0], maps[1:])
+    known = statistics(layers, members, maps[0], maps[1 : len(MAPS)])
     pictures = [np.asarray(ink > INK_LEVEL) for ink in inks]
     nearest = np.array([_nearest_setting(picture, layers, members) for picture in pictures], dtype=np.int64)
     numbers, apart = known.drawings[nearest], ~layers[0]

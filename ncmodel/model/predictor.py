@@ -7,12 +7,13 @@ networks offers what is left.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Literal
 
 import torch
 
-from ncmodel.drawing.plan import CRUMB, Plan
+from ncmodel.drawing.plan import MODEL_CRUMB, Plan
 from ncmodel.errors import ArgumentError, UsageError
 from ncmodel.export.png import strokes_ink
 from ncmodel.model.letterbox import Square
@@ -20,10 +21,13 @@ from ncmodel.model.maps import line_maps, network_maps
 from ncmodel.model.ridge_detection import find_ridges, polylines
 from ncmodel.model.score import DrawingScore
 from ncmodel.model.setting_choice import choose_setting
+from ncmodel.model.surrogate_search import optimise_with_surrogate
 from ncmodel.model.threshold_search import Budget, budget_named, optimise
-from ncmodel.nets.blocks import threads_for
+from ncmodel.nets.blocks import WIDE, threads_for
 from ncmodel.nets.checkpoints import Checkpoint, load_checkpoint
+from ncmodel.nets.devices import device_named, numbers, prepared
 from ncmodel.nets.presets import BACKGROUND
+from ncmodel.nets.ranking import RankingModule
 from ncmodel.nets.shipped import checkpoint_path
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed
@@ -49,13 +53,27 @@ class Model:
 
     Args:
         checkpoint: The networks.
+        device: Where the two networks that see pictures compute: "cpu", "cuda", or another of torch's devices.
+
+    Raises:
+        UsageError: This machine has no such device.
     """
 
-    def __init__(self, checkpoint: Checkpoint) -> None:
-        self.checkpoint = checkpoint
-        for network in checkpoint.networks.values():
+    layout = torch.channels_last
+    """Of the networks in memory: the quickest."""
+
+    def __init__(self, checkpoint: Checkpoint, device: str | torch.device = "cpu") -> None:
+        self.checkpoint, self.device = checkpoint, device_named(device)
+        for name, network in checkpoint.networks.items():
             network.eval().requires_grad_(False)
-            network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+            # Numbers are counted on the CPU, and few.
+            network.to("cpu" if name == "statistics" else self.device)
+            network.to(memory_format=self.layout)  # type: ignore[call-overload]
+
+    @cached_property
+    def _rough_ranker(self) -> RankingModule:
+        assert self.checkpoint.ranker is not None
+        return prepared(self.checkpoint.ranker)
 
     @property
     def variants(self) -> tuple[Variant, ...]:
@@ -69,6 +87,17 @@ class Model:
         if "statistics" in have:
             have.add("ranker")  # it ranks by itself
         return tuple(variant for variant, names in needs.items() if set(names) <= have)
+
+    def known_variant(self, variant: Variant | None) -> Variant:
+        """The variant that is meant: all that the model has for None.
+
+        Raises:
+            UsageError: The model lacks a network that it needs.
+        """
+        variant = variant or self.variants[0]
+        if variant not in self.variants:
+            raise ArgumentError("variant", repr(variant), f"one of {', '.join(self.variants)}, which this model offers")
+        return variant
 
     def choose(
         self,
@@ -94,13 +123,12 @@ class Model:
         """
         if budget == "instant" and self.checkpoint.statistics is None:
             raise ArgumentError("preset", "'instant'", "draft, balanced or accurate: this model doesn't count ink")
-        budget = budget_named(budget) if isinstance(budget, str) else budget
-        variant = variant or self.variants[0]
-        if variant not in self.variants:
-            raise ArgumentError("variant", repr(variant), f"one of {', '.join(self.variants)}, which this model offers")
+        variant, preset = self.known_variant(variant), self.checkpoint.preset
+        large = preset.ranking.width >= WIDE
+        budget = budget_named(budget, large) if isinstance(budget, str) else budget
         seen = as_seen(view)
-        maps = network_maps(seen)
-        strokes = () if variant == "geometry" else self._image_lines(maps, seen)
+        maps = network_maps(seen, preset.inputs, preset.percentile)
+        strokes = () if variant == "geometry" else self._image_lines(maps, seen, rough=budget.looks > 0)
         plan = Plan((), Thresholds(None, None, None, None, unit="p90"), strokes)
         if variant != "image" and self.checkpoint.statistics is not None:
             plan = self._with_setting(plan, seen, maps, budget, families)
@@ -109,8 +137,12 @@ class Model:
         scale = view.camera.width / seen.camera.width
         return replace(plan, strokes=tuple(replace(s, points=s.points * scale) for s in plan.strokes))
 
-    def probability(self, maps: Image) -> Image:
-        """(S, S) line probability that the image branch sees in (7, H, W) maps, at its own resolution.
+    def probability(self, maps: Image, rough: bool = False) -> Image:
+        """(S, S) line probability that the image branch sees in (K, H, W) maps, at its own resolution.
+
+        Args:
+            maps: (K, H, W) the maps of the preset's inputs.
+            rough: Compute in the numbers in which the device is fastest; a hundredth may be lost.
 
         Raises:
             UsageError: The model has no image branch.
@@ -119,14 +151,15 @@ class Model:
         if translator is None:
             raise UsageError("this model has no image branch")
         square = Square(maps.shape[1], maps.shape[2], translator.dims.size)
-        with torch.inference_mode():
-            found: Image = translator(torch.from_numpy(square.fit(maps, BACKGROUND))[None])[0, 0].numpy()
+        placed = torch.from_numpy(square.fit(maps, BACKGROUND))[None].to(self.device)
+        with torch.inference_mode(), numbers(self.device, rough):
+            found: Image = translator(placed)[0, 0].float().cpu().numpy()
         return found
 
-    def _image_lines(self, maps: Image, seen: View) -> tuple[Stroke, ...]:
+    def _image_lines(self, maps: Image, seen: View, rough: bool) -> tuple[Stroke, ...]:
         """The image branch's lines, in the pixels of the maps."""
         with timed(seen.trace, "image_branch"):
-            probability = self.probability(maps)
+            probability = self.probability(maps, rough)
         with timed(seen.trace, "ridges"):
             square = Square(maps.shape[1], maps.shape[2], probability.shape[0])
             return polylines(find_ridges(probability), square)
@@ -152,7 +185,7 @@ class Model:
             score=choice.score,
             evaluations=choice.evaluations,
             finished=True,
-            crumb=CRUMB,
+            crumb=MODEL_CRUMB,
             rims=True,
         )
 
@@ -162,15 +195,19 @@ class Model:
         """The plan with thresholds and families decided by the ranking module."""
         ranker = self.checkpoint.ranker
         assert ranker is not None
-        lines = line_maps(seen, families)
+        lines = line_maps(seen, families, self.checkpoint.preset.percentile)
         image = strokes_ink(plan.strokes, seen.camera) if plan.strokes else None
         with timed(seen.trace, "threshold_search"), threads_for(ranker.dims.width):
-            score = DrawingScore(ranker, maps, lines, image, budget.mirrored)
-            optimum = optimise(score, budget)
+            scored = partial(DrawingScore, maps=maps, lines=lines, image=image, mirrored=budget.mirrored)
+            score = scored(ranker)
+            if budget.looks:
+                optimum = optimise_with_surrogate(score, scored(self._rough_ranker, rough=True), budget.looks)
+            else:
+                optimum = optimise(score, budget)
         chosen: dict[LineFamily, float] = {}
         for index, family in enumerate(FILTERED_FAMILIES):
             # From the largest feature on, a threshold leaves no line: the family is off.
-            if optimum.present[index] and optimum.thresholds[index] < score.threshold_leaving(index, 0.0):
+            if optimum.present[index] and optimum.thresholds[index] < score.fading[index].threshold(0.0):
                 chosen[family] = optimum.thresholds[index]
         p90 = {family: float(lines.p90[index]) for index, family in enumerate(FILTERED_FAMILIES)}
         return Plan(
@@ -181,21 +218,24 @@ class Model:
             evaluations=optimum.evaluations,
             converged=optimum.converged,
             finished=True,
-            crumb=CRUMB,
+            crumb=MODEL_CRUMB,
             rims=True,
         )
 
 
-def load_model(path: str | Path) -> Model:
+def load_model(path: str | Path, device: str | torch.device = "cpu") -> Model:
     """Read a checkpoint, ready to draw.
 
     Args:
         path: The file, or "default" for the model that ships with the package.
+        device: Where to compute: "cpu", "cuda", or another of torch's devices.
 
     Raises:
         InputError: The file isn't a checkpoint, or is damaged.
+        UsageError: This machine has no such device.
     """
-    return Model(load_checkpoint(checkpoint_path(path)))
+    place = device_named(device)
+    return Model(load_checkpoint(checkpoint_path(path), place), place)
 
 
 def as_seen(view: View) -> View:

@@ -11,7 +11,7 @@ References:
 """
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -93,7 +93,7 @@ def find_ridges(probability: Image, options: RidgeOptions | None = None) -> Ridg
     mask = _connected(skeletonize(mask), mask, options.length)
     mask = _connected(_pruned(mask, int(options.length - 1) // 2), mask, options.length)
     rows, columns = np.nonzero(mask)
-    ends = _neighbours(mask)
+    ends = neighbours(mask)
     points = np.stack([columns, rows], axis=1) + 0.5 + offset[rows, columns]
     alpha = np.minimum(probability[rows, columns].astype(np.float64) / options.full, 1.0)
     return Ridges(points[ends], alpha[ends])
@@ -106,12 +106,17 @@ def polylines(ridges: Ridges, square: Square) -> tuple[Stroke, ...]:
         ridges: Lines in a square map.
         square: How the picture sits in that map; strokes are in the picture's pixels.
     """
+    return tuple(replace(stroke, points=square.to_picture(stroke.points)) for stroke in chained(ridges))
+
+
+def chained(ridges: Ridges) -> tuple[Stroke, ...]:
+    """Ridges chained into strokes of the family "image", in the map's pixels."""
     chains, found = chain(ridges.points), []
     for begin, end in itertools.pairwise(chains.first.tolist()):
         segment, first = chains.segment[begin:end], chains.flipped[begin:end].astype(np.int64)
         points = np.concatenate([ridges.points[segment, first], ridges.points[segment[-1:], 1 - first[-1:]]])
         alpha = np.concatenate([ridges.alpha[segment, first], ridges.alpha[segment[-1:], 1 - first[-1:]]])
-        found.append(Stroke(IMAGE_FAMILY, square.to_picture(points), alpha))
+        found.append(Stroke(IMAGE_FAMILY, points, alpha))
     return tuple(found)
 
 
@@ -155,7 +160,7 @@ def _pruned(mask: Mask, most: int) -> Mask:
     All lines lose that many pixels at each end; what is left of a line gets its own back, and of a fork the longer one.
     """
     rows, columns = np.nonzero(mask)
-    ends = _neighbours(mask)
+    ends = neighbours(mask)
     lost = np.zeros(len(rows), dtype=np.int64)
     for step in range(1, most + 1):
         lost[(lost == 0) & (_degrees(ends, lost == 0) <= 1)] = step
@@ -181,7 +186,7 @@ def _degrees(ends: NDArray[np.int64], present: Mask) -> NDArray[np.int64]:
     return np.bincount(joined.ravel(), minlength=len(present))
 
 
-def _neighbours(mask: Mask) -> NDArray[np.int64]:
+def neighbours(mask: Mask) -> NDArray[np.int64]:
     """(S, 2) pairs of neighbouring pixels, numbered; diagonal ones only where no way round a corner joins them."""
     node = np.full(mask.shape, -1)
     node[mask] = np.arange(int(mask.sum()))

@@ -1,21 +1,25 @@
-"""The ranking module's score of a view's drawing, as a function of the drawing's thresholds.
+"""The ranking module's score of a view's drawings: as a function of thresholds, and of pictures of unknown origin.
 
-Only pixels that carry lines change with t. They are gathered once; each evaluation filters them (equations 1-5) and
-adds them into the ranking module's input by the same area averaging that its training pictures went through.
+Of the former, only pixels that carry lines change with t. They are gathered once; each evaluation filters them
+(equations 1-5) and adds them into the ranking module's input by the same area averaging that its training pictures went
+through.
 
-Letters in shapes: B drawings, P pixels that carry filtered lines, S side of the ranking module's input.
+Letters in shapes: B drawings, P pixels that carry filtered lines, S side of the pictures that the module sees.
 """
+
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from ncmodel.model.filters import line_drawing
+from ncmodel.model.filters import Fading, line_drawing
 from ncmodel.model.letterbox import Square
 from ncmodel.model.maps import LineMaps
+from ncmodel.nets.devices import device_of, numbers
 from ncmodel.nets.presets import BACKGROUND
 from ncmodel.nets.ranking import RankingModule
-from ncmodel.types import Floats, Image, Mask
+from ncmodel.types import Floats, Image, Ints
 
 CHUNK = 16
 """Drawings scored at a time."""
@@ -30,6 +34,7 @@ class DrawingScore:
         lines: The view's line and feature maps, (H, W) too.
         image: (H, W) ink I_L of the image branch, if it takes part.
         mirrored: Take the mean of f for the drawing and for its mirror image.
+        rough: Compute everything in the numbers in which the device is fastest.
     """
 
     def __init__(
@@ -39,65 +44,56 @@ class DrawingScore:
         lines: LineMaps,
         image: Image | None = None,
         mirrored: bool = False,
+        rough: bool = False,
     ) -> None:
-        self._ranker, self._lines = ranker, lines
+        self._ranker, self._lines, self._device, self._rough = ranker, lines, device_of(ranker), rough
         square = Square(maps.shape[1], maps.shape[2], ranker.dims.size)
-        small = torch.from_numpy(square.fit(maps, BACKGROUND))[None]
-        with torch.no_grad():
+        small = self._there(square.fit(maps, BACKGROUND))[None]
+        with torch.no_grad(), numbers(self._device, rough):
             self._embedded = [ranker.embed(seen) for seen in (small, small.flip(-1))[: 1 + mirrored]]
         pixels = np.flatnonzero(lines.lines.any(axis=0))
         source, cell, weight = square.spread(pixels)
-        self._source, self._cell = torch.from_numpy(source), torch.from_numpy(cell)
-        self._weight = torch.from_numpy(weight).float()
-        self._ink = torch.from_numpy(lines.lines.reshape(4, -1)[:, pixels])
-        self._feature = torch.from_numpy(lines.features.reshape(4, -1)[:, pixels])
+        self._source, self._cell, self._weight = self._there(source), self._there(cell), self._there(weight).float()
+        ink, feature = (part.reshape(4, -1)[:, pixels] for part in (lines.lines, lines.features))
+        self._ink, self._feature = self._there(ink), self._there(feature)
+        self._fading = [Fading(*family) for family in zip(ink, feature, strict=True)]
         self._always, self._base = {}, {}
         for boundaries in (False, True):
             parts = [lines.contours, *([lines.boundaries] if boundaries else []), *([] if image is None else [image])]
             always = np.maximum.reduce(parts).ravel()
-            self._always[boundaries] = torch.from_numpy(always[pixels])
+            self._always[boundaries] = self._there(always[pixels])
             always[pixels] = 0.0
             still = square.fit(always.reshape(maps.shape[1:]), background=0.0)
-            self._base[boundaries] = torch.from_numpy(still.reshape(1, -1))
+            self._base[boundaries] = self._there(still.reshape(1, -1))
+
+    def _there(self, values: Floats | Ints | Image) -> Tensor:
+        """An array where the ranking module computes."""
+        return torch.from_numpy(values).to(self._device)
 
     @property
-    def present(self) -> Mask:
-        """(4,) which families have lines in this view."""
-        return np.asarray((self._ink > 0).any(dim=1).numpy())
+    def fading(self) -> Sequence[Fading]:
+        """How each of the four families fades."""
+        return self._fading
 
     @property
     def has_boundaries(self) -> bool:
         """Whether the view shows boundaries."""
         return bool(self._lines.boundaries.any())
 
-    def threshold_leaving(self, family: int, share: float) -> float:
-        """The t at which `share` of a family's ink is left: 0 for share 1, the largest feature for share 0.
-
-        With pixels in order of falling feature, those above t keep sum(S) - t sum(S / feature), which is linear in t
-        between two features.
-        """
-        feature, ink = self._feature[family].double().numpy(), self._ink[family].double().numpy()
-        order = np.argsort(-feature, kind="stable")
-        feature, ink = np.maximum(feature[order], 1e-12), ink[order]
-        total, slope = np.cumsum(ink), np.cumsum(ink / feature)
-        left = total - feature * slope
-        wanted = share * total[-1]
-        last = max(int(np.searchsorted(left, wanted, side="right")) - 1, 0)
-        return float(max((total[last] - wanted) / slope[last], 0.0))
-
     def scores(self, thresholds: Floats, boundaries: bool, rough: bool = False) -> Floats:
-        """(B,) scores of (B, 4) thresholds; rough ones in bfloat16."""
-        with torch.inference_mode(), torch.autocast("cpu", torch.bfloat16, enabled=rough):
-            chunks = torch.split(torch.from_numpy(thresholds).float(), CHUNK)
+        """(B,) scores of (B, 4) thresholds; rough ones in the numbers in which the device is fastest."""
+        with torch.inference_mode(), numbers(self._device, rough or self._rough):
+            chunks = torch.split(self._there(thresholds).float(), CHUNK)
             parts = [self._score(self.drawings(t, boundaries)) for t in chunks]
-        return torch.cat(parts).double().numpy()
+        return torch.cat(parts).double().cpu().numpy()
 
     def slope(self, thresholds: Floats, boundaries: bool) -> tuple[float, Floats]:
         """The score at one (4,) t, and its (4,) gradient by backpropagation through drawing and network."""
-        t = torch.from_numpy(thresholds).float()[None].requires_grad_()
-        score = self._score(self.drawings(t, boundaries))[0]
+        t = self._there(thresholds).float()[None].requires_grad_()
+        with numbers(self._device, self._rough):
+            score = self._score(self.drawings(t, boundaries))[0]
         (gradient,) = torch.autograd.grad(score, t)
-        return score.item(), gradient[0].double().numpy()
+        return score.item(), gradient[0].double().cpu().numpy()
 
     def _score(self, drawings: Tensor) -> Tensor:
         """(B, 1, S, S) drawings -> (B,) scores."""
@@ -111,3 +107,27 @@ class DrawingScore:
         whole = base.index_add(1, self._cell, ink[:, self._source] * self._weight)
         size = self._ranker.dims.size
         return whole.reshape(-1, 1, size, size)
+
+
+class PictureScore:
+    """f(I, E, O) for one view.
+
+    Args:
+        ranker: The ranking module f.
+        maps: (7, H, W) depth E and shaded maps O, of any size.
+    """
+
+    def __init__(self, ranker: RankingModule, maps: Image) -> None:
+        self._ranker, self._device = ranker, device_of(ranker)
+        square = Square(maps.shape[1], maps.shape[2], ranker.dims.size)
+        with torch.inference_mode():
+            self._embedded = ranker.embed(torch.from_numpy(square.fit(maps, BACKGROUND))[None].to(self._device))
+
+    def scores(self, inks: Iterable[Image]) -> Floats:
+        """(N,) scores of N drawings, (H, W) ink each, of any size that shows the view in the same frame."""
+        size = self._ranker.dims.size
+        fitted = [Square(ink.shape[0], ink.shape[1], size).fit(ink, background=0.0) for ink in inks]
+        drawings = torch.from_numpy(np.asarray(fitted, dtype=np.float32).reshape(-1, 1, size, size))
+        with torch.inference_mode():
+            parts = [self._ranker.score(part.to(self._device), self._embedded) for part in torch.split(drawings, CHUNK)]
+        return torch.cat(parts).double().cpu().numpy()

@@ -15,10 +15,10 @@ from ncmodel.images import read_grey
 from ncmodel.mesh.load import load_mesh
 from ncmodel.model.calibration import preference_of
 from ncmodel.model.maps import network_maps
-from ncmodel.model.picture_score import PictureScore
 from ncmodel.model.picture_statistics import picture_scores
 from ncmodel.model.predictor import Model, as_seen, load_model
 from ncmodel.model.preference import UNCALIBRATED, Preference
+from ncmodel.model.score import PictureScore
 from ncmodel.nets.checkpoints import Checkpoint
 from ncmodel.scene.orientation import turn_outwards
 from ncmodel.scene.seams import sew_seams
@@ -71,6 +71,7 @@ def score_drawing(
     camera: Camera | str | Path,
     model: Model | str | Path,
     up: str = "y",
+    device: str = "cpu",
 ) -> float:
     """How good a drawing of a shape is, by what a model chooses by; higher is better.
 
@@ -81,12 +82,13 @@ def score_drawing(
         camera: What it is seen through, or its file.
         model: What `load_model` returns, or a checkpoint.
         up: The upward axis, "y" or "z", of a mesh file.
+        device: Where a checkpoint's networks compute: "cpu", "cuda", or another of torch's devices.
 
     Raises:
         InputError: A file can't be read, or a drawing isn't lines on paper in the camera's frame.
-        UsageError: The model ranks nothing.
+        UsageError: The model ranks nothing, or this machine has no such device.
     """
-    return score_drawings(shape, {"drawing": drawing}, camera, model, up).scores["drawing"]
+    return score_drawings(shape, {"drawing": drawing}, camera, model, up, device).scores["drawing"]
 
 
 def score_drawings(
@@ -95,6 +97,7 @@ def score_drawings(
     camera: Camera | str | Path,
     model: Model | str | Path,
     up: str = "y",
+    device: str = "cpu",
 ) -> DrawingScores:
     """Score several drawings of a view, and tell how many people would prefer one to another.
 
@@ -104,17 +107,18 @@ def score_drawings(
         camera: Likewise.
         model: Likewise.
         up: Likewise.
+        device: Likewise.
 
     Raises:
         InputError: As `score_drawing` does.
         UsageError: Likewise.
     """
-    judge = model if isinstance(model, Model) else load_model(model)
+    judge = model if isinstance(model, Model) else load_model(model, device)
     checkpoint = judge.checkpoint
     if checkpoint.ranker is None and checkpoint.statistics is None:
         raise UsageError("this model ranks nothing; expected one with a ranking module or a ranker on numbers")
     seen_from = camera if isinstance(camera, Camera) else Camera.load(camera)
-    inks = [_ink(name, drawing, seen_from) for name, drawing in drawings.items()]
+    inks = [drawing_ink(name, drawing, seen_from.width, seen_from.height) for name, drawing in drawings.items()]
     view = as_seen(View(_surface(shape, seen_from, up), seen_from))
     found = dict(zip(drawings, _scores(checkpoint, view, inks).tolist(), strict=True))
     known = preference_of(checkpoint)
@@ -123,7 +127,7 @@ def score_drawings(
 
 def _scores(checkpoint: Checkpoint, view: View, inks: Sequence[Image]) -> Floats:
     """(N,) scores of pictures by all that a model goes by when it chooses."""
-    maps = network_maps(view)
+    maps = network_maps(view, checkpoint.preset.inputs, checkpoint.preset.percentile)
     looked_at = None if checkpoint.ranker is None else PictureScore(checkpoint.ranker, maps).scores(inks)
     counting = checkpoint.statistics
     if counting is None:
@@ -135,8 +139,12 @@ def _scores(checkpoint: Checkpoint, view: View, inks: Sequence[Image]) -> Floats
     return counted if looked_at is None else counted + counting.mix[2].item() * looked_at
 
 
-def _ink(name: str, drawing: Sheet, camera: Camera) -> Image:
-    """(H, W) ink of a drawing in the camera's frame."""
+def drawing_ink(name: str, drawing: Sheet, frame_width: int, frame_height: int) -> Image:
+    """(H, W) ink of a drawing in a camera's frame, at any size.
+
+    Raises:
+        InputError: It can't be read, isn't lines on paper, or has other proportions than the frame.
+    """
     if isinstance(drawing, Drawing):
         ink = drawing.ink()
     elif isinstance(drawing, str | Path):
@@ -146,8 +154,8 @@ def _ink(name: str, drawing: Sheet, camera: Camera) -> Image:
     if ink.ndim != 2:
         raise InputError(name, f"an array of shape {ink.shape}", "(H, W) ink")
     height, width = ink.shape
-    if abs(width * camera.height / (height * camera.width) - 1.0) > max(PROPORTION, 1.0 / min(width, height)):
-        frame = f"the camera's frame, {camera.width} x {camera.height} or in its proportions"
+    if abs(width * frame_height / (height * frame_width) - 1.0) > max(PROPORTION, 1.0 / min(width, height)):
+        frame = f"the camera's frame, {frame_width} x {frame_height} or in its proportions"
         raise InputError(name, f"{width} x {height} pixels", frame)
     if ink.mean() > MOST_INK:
         raise InputError(name, f"{ink.mean():.0%} of it is ink", "dark lines on light paper, at most a third of it ink")

@@ -14,7 +14,21 @@ import numpy as np
 from scipy.optimize import minimize
 
 from ncmodel.errors import ArgumentError, UsageError
-from ncmodel.types import Floats, Mask
+from ncmodel.types import Floats
+
+
+class Fades(Protocol):
+    """How a family's ink fades."""
+
+    @property
+    def present(self) -> bool:
+        """Whether the family has lines in this view."""
+
+    def threshold(self, share: float) -> float:
+        """The t at which `share` of the ink is left; the least t without any for share 0."""
+
+    def slope(self, share: float) -> float:
+        """dt/dshare there."""
 
 
 class ScoredDrawing(Protocol):
@@ -26,12 +40,9 @@ class ScoredDrawing(Protocol):
     def slope(self, thresholds: Floats, boundaries: bool) -> tuple[float, Floats]:
         """The score at one (4,) t, and its (4,) gradient."""
 
-    def threshold_leaving(self, family: int, share: float) -> float:
-        """The t at which `share` of a family's ink is left; the least t without any for share 0."""
-
     @property
-    def present(self) -> Mask:
-        """(4,) which families have lines in this view."""
+    def fading(self) -> Sequence[Fades]:
+        """How each of the four families fades."""
 
     @property
     def has_boundaries(self) -> bool:
@@ -47,11 +58,13 @@ class Budget:
         full_grid: Try all combinations of shares; else change one family at a time, starting from the middle share.
         climbs: How many of the best grid points to climb from.
         iterations: Most L-BFGS-B iterations a climb.
-        rough_grid: Score the grid in bfloat16, which halves its time. Only climbed points then count.
+        rough_grid: Score the grid in the numbers in which the device is fastest. Only climbed points then count.
         mirrored: Take the mean of what the ranking module says of a drawing and of its mirror image, which is as good:
             the search then leads less often to what only pleases the module.
         shortlist: With a model that counts ink: how many of the settings that its numbers favour the ranking module
             looks at.
+        looks: With a large ranking module: how many scores with gradient a surrogate is fitted to, in place of grid and
+            climbs (`ncmodel/model/surrogate_search.py`). 0: grid and climbs.
     """
 
     shares: tuple[float, ...]
@@ -61,6 +74,7 @@ class Budget:
     rough_grid: bool = False
     mirrored: bool = False
     shortlist: int = 0
+    looks: int = 0
 
     def __post_init__(self) -> None:
         if not self.shares or not all(0 <= share <= 1 for share in self.shares):
@@ -80,6 +94,13 @@ BUDGETS = {
 }
 """The search budget of each preset. The shares are like those that the candidates' thresholds leave of real meshes'
 lines: a ranking module judges drawings like those that it was trained on, and all lines of all families aren't."""
+
+LARGE_BUDGETS = {
+    "draft": Budget((0.6,), full_grid=True, climbs=0, iterations=0, looks=4, shortlist=4),
+    "balanced": Budget((0.6,), full_grid=True, climbs=0, iterations=0, looks=14, shortlist=16),
+    "accurate": Budget((0.6,), full_grid=True, climbs=0, iterations=0, looks=80, shortlist=64),
+}
+"""The same for ranking modules as large as the paper's, which take a second for a gradient."""
 
 INSTANT = replace(BUDGETS["draft"], shortlist=0)
 """The budget of a choice by numbers alone, for models that count ink."""
@@ -129,13 +150,13 @@ class Optimum:
     trials: tuple[Trial, ...] = field(default=())
 
 
-def budget_named(preset: str) -> Budget:
-    """A search budget by its preset's name.
+def budget_named(preset: str, large: bool = False) -> Budget:
+    """A search budget by its preset's name; another one for `large` ranking modules.
 
     Raises:
         UsageError: There is none of that name.
     """
-    known = {"instant": INSTANT, **BUDGETS}
+    known = {"instant": INSTANT, **(LARGE_BUDGETS if large else BUDGETS)}
     if preset not in known:
         raise ArgumentError("preset", repr(preset), f"one of {', '.join(known)}")
     return known[preset]
@@ -173,10 +194,8 @@ class _Search:
 
     def __init__(self, drawing: ScoredDrawing, budget: Budget) -> None:
         self.drawing, self.budget = drawing, budget
-        self.families = np.flatnonzero(drawing.present).tolist()
-        self.scale = np.array(
-            [drawing.threshold_leaving(family, 0.5) if p else 1.0 for family, p in enumerate(drawing.present)]
-        )
+        self.families = [family for family, fading in enumerate(drawing.fading) if fading.present]
+        self.scale = np.array([fading.threshold(0.5) if fading.present else 1.0 for fading in drawing.fading])
         self.scale = np.maximum(self.scale, 1e-6)
         self.points: list[_Point] = []
         self.trials: list[Trial] = []
@@ -195,7 +214,7 @@ class _Search:
             raise UsageError("the ranking module gives no score that is a number: its weights don't fit these drawings")
         return Optimum(
             thresholds=best.thresholds,
-            present=tuple(bool(p) for p in self.drawing.present),
+            present=tuple(fading.present for fading in self.drawing.fading),
             boundaries=best.boundaries and self.drawing.has_boundaries,
             score=best.score,
             evaluations=self.evaluations,
@@ -207,9 +226,7 @@ class _Search:
     def grid(self) -> None:
         """Evaluate the grid of ink shares; its first point, the middle share of all, wins ties."""
         shares, rough = self.budget.shares, self.budget.rough_grid and bool(self.families)
-        tried = {
-            family: [self.drawing.threshold_leaving(family, share) for share in shares] for family in self.families
-        }
+        tried = {family: [self.drawing.fading[family].threshold(share) for share in shares] for family in self.families}
         if self.budget.full_grid:
             combinations = itertools.product(*tried.values())
             self._try([self._at(dict(zip(tried, values, strict=True))) for values in combinations], rough=rough)
@@ -255,7 +272,7 @@ class _Search:
             climbed.append(_Point(score, tuple(t.tolist()), boundaries))
             return -score, -slope[chosen] * self.scale[chosen]
 
-        bounds = [(0.0, self.drawing.threshold_leaving(family, 0.0) / self.scale[family]) for family in chosen]
+        bounds = [(0.0, self.drawing.fading[family].threshold(0.0) / self.scale[family]) for family in chosen]
         found = minimize(
             descend,
             start[chosen] / self.scale[chosen],

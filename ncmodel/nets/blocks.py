@@ -9,6 +9,8 @@ from contextlib import contextmanager
 import torch
 from torch import Tensor, nn
 
+from ncmodel.nets.presets import Blocks
+
 WIDE = 32
 """Networks of at least so many channels keep all threads busy."""
 
@@ -56,17 +58,52 @@ class Standardise(nn.Module):
         return (image - self.background[:, None, None]) / self.scale[:, None, None]
 
 
-def conv_norm(inputs: int, outputs: int, kernel: int, stride: int = 1) -> nn.Sequential:
-    """Convolution, then batch norm (which makes the convolution's bias superfluous).
+class Pick(nn.Module):
+    """The channels that a network reads, of the maps that are handed on for all networks.
+
+    Args:
+        given: Names of the maps that are handed on; None if they are those that are read.
+        inputs: Names of the maps that are read.
+
+    Attributes:
+        given: Names of the maps that are handed on.
+    """
+
+    def __init__(self, given: tuple[str, ...] | None, inputs: tuple[str, ...]) -> None:
+        super().__init__()
+        self.given = inputs if given is None else given
+        self.channels = None if self.given == inputs else [self.given.index(name) for name in inputs]
+
+    def forward(self, maps: Tensor) -> Tensor:
+        """(B, given, H, W) -> (B, inputs, H, W)."""
+        return maps if self.channels is None else maps[:, self.channels]
+
+
+def conv_norm(inputs: int, outputs: int, kernel: int, stride: int = 1, style: Blocks = "resnet") -> nn.Sequential:
+    """Convolution, then batch norm.
+
+    Batch norm makes the convolution's bias superfluous; pix2pixHD has one all the same, and reflects the picture at its
+    rim where the stride is 1.
 
     (B, inputs, H, W) -> (B, outputs, ceil(H / stride), ceil(W / stride)).
     """
-    convolution = nn.Conv2d(inputs, outputs, kernel, stride, padding=kernel // 2, bias=False)
+    mirrored = style == "pix2pixhd" and stride == 1
+    convolution = nn.Conv2d(
+        inputs,
+        outputs,
+        kernel,
+        stride,
+        padding=kernel // 2,
+        bias=style == "pix2pixhd",
+        padding_mode="reflect" if mirrored else "zeros",
+    )
     return nn.Sequential(convolution, nn.BatchNorm2d(outputs))
 
 
 class ResidualBlock(nn.Module):
-    """Two 3x3 convolutions with batch norm beside a shortcut; ReLU between them and after the sum (He et al. 2016).
+    """Two 3x3 convolutions with batch norm beside a shortcut, ReLU between them.
+
+    In the style of He et al. 2016 there is a ReLU after the sum too; in pix2pixHD's (Wang et al. 2018) there isn't.
 
     The shortcut is a 1x1 convolution with batch norm where the shape changes, else the identity. A strided 1x1
     convolution sees only every other pixel; taking those first is the same, and steers clear of oneDNN's strided 1x1
@@ -76,18 +113,19 @@ class ResidualBlock(nn.Module):
     (B, inputs, H, W) -> (B, outputs, ceil(H / stride), ceil(W / stride)).
     """
 
-    def __init__(self, inputs: int, outputs: int, stride: int = 1) -> None:
+    def __init__(self, inputs: int, outputs: int, stride: int = 1, style: Blocks = "resnet") -> None:
         super().__init__()
-        self.stride = stride
-        self.first = conv_norm(inputs, outputs, 3, stride)
-        self.second = conv_norm(outputs, outputs, 3)
+        self.stride, self.style = stride, style
+        self.first = conv_norm(inputs, outputs, 3, stride, style)
+        self.second = conv_norm(outputs, outputs, 3, style=style)
         same = inputs == outputs and stride == 1
-        self.shortcut = nn.Identity() if same else conv_norm(inputs, outputs, 1)
+        self.shortcut = nn.Identity() if same else conv_norm(inputs, outputs, 1, style=style)
 
     def forward(self, x: Tensor) -> Tensor:
         """Apply the block."""
         beside = self.shortcut(x[:, :, :: self.stride, :: self.stride])
-        return torch.relu(self.second(torch.relu(self.first(x))) + beside)
+        total = self.second(torch.relu(self.first(x))) + beside
+        return total if self.style == "pix2pixhd" else torch.relu(total)
 
 
 def initialise(network: nn.Module, generator: torch.Generator) -> None:

@@ -61,7 +61,9 @@ def build_network(name: str, preset: Preset) -> nn.Module:
     """One of `NETWORKS`, with weights as torch happens to draw them."""
     if name == "statistics":
         return StatisticsRanker(preset.statistics or StatisticsDims())
-    return RankingModule(preset.ranking) if name == "ranker" else TranslationBranch(preset.translation)
+    if name == "ranker":
+        return RankingModule(preset.ranking, preset.inputs)
+    return TranslationBranch(preset.translation, preset.inputs)
 
 
 def save_checkpoint(path: str | Path, checkpoint: Checkpoint) -> None:
@@ -111,11 +113,16 @@ def _assemble(path: str | Path, name: str, preset: Preset, tensors: Tensors) -> 
             what = "is missing" if found is None else f"is {tuple(found.shape)} {found.dtype}"
             fits = f"{tuple(wanted.shape)} {wanted.dtype}, as the preset {preset.name!r} in its header says"
             raise InputError(path, f"tensor {name}.{key} {what}", fits)
-        if found.is_floating_point() and not bool(found.isfinite().all()):
+        if found.is_floating_point() and not _all_finite(found):
             raise InputError(path, f"tensor {name}.{key} has numbers that aren't finite", "finite weights")
         own[key] = found
     network.load_state_dict(own, assign=True)
     return network.eval().requires_grad_(False)
+
+
+def _all_finite(values: Tensor) -> bool:
+    """Whether all are numbers: their sum is one then, and costs a third; a sum that isn't may have overflowed."""
+    return bool(values.sum().isfinite()) or bool(values.isfinite().all())
 
 
 def save_tensors(path: str | Path, kind: str, tensors: Mapping[str, Tensor], header: Mapping[str, Any]) -> None:

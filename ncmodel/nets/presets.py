@@ -9,15 +9,22 @@ higher rates, because a narrow network with few steps needs and stands them.
 
 import json
 from dataclasses import asdict, dataclass, field
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 from ncmodel.errors import ArgumentError
 
-MAP_CHANNELS = 7
-"""Depth and six shaded maps, in that order."""
+MAPS = ("depth", *(f"shaded_{level}" for level in range(6)))
+"""Depth and six shaded maps: what both networks read in the paper, in the order of their channels."""
+
+CURVATURE_MAPS = ("suggestive", "ridges", "valleys", "apparent")
+"""What filters these families, over its 90th percentile and clipped to 0..1: apparent ridges' q1 reaches 1e6 of them at
+contours. The paper's variant NC-image-curv reads them too."""
 
 BACKGROUND = 1.0
-"""What depth and shaded maps are where no surface is seen. Drawings are 0 there."""
+"""What every map is where no surface is seen. Drawings are 0 there."""
+
+Blocks = Literal["resnet", "pix2pixhd"]
+Percentile = Literal["view", "mesh"]
 
 
 @dataclass(frozen=True)
@@ -29,14 +36,23 @@ class TranslationDims:
         width: Channels after the first convolution; every stride-2 convolution doubles them.
         levels: Number of stride-2 convolutions down, and of stride-1/2 convolutions up.
         blocks: Residual blocks in between.
+        inputs: Names of the maps that are read, of `MAPS` and `CURVATURE_MAPS`, in the order of the channels.
+        style: "pix2pixhd" has the blocks of Wang et al. 2018, which the paper follows: no ReLU after the sum,
+            reflection padding in convolutions of stride 1, and a bias before batch norm. "resnet" has those of He et
+            al. 2016 and pads with background.
     """
 
     size: int = 768
     width: int = 64
     levels: int = 4
     blocks: int = 9
+    inputs: tuple[str, ...] = MAPS
+    style: Blocks = "resnet"
 
     def __post_init__(self) -> None:
+        _check_inputs(self.inputs)
+        if self.style not in ("resnet", "pix2pixhd"):
+            raise ValueError(f"style is {self.style!r}, expected resnet or pix2pixhd")
         if min(self.size, self.width, self.levels) < 1 or self.blocks < 0 or self.size % 2**self.levels:
             raise ValueError(f"{self}: expected positive numbers and a size divisible by {2**self.levels}")
 
@@ -50,15 +66,24 @@ class RankingDims:
         width: Channels of the first convolution and the first stage; every later stage doubles them.
         blocks: Residual blocks of each stage: in the paper, ResNet-34's four and one more. Each stage but the first
             halves the resolution.
+        inputs: Names of the maps that are read beside the drawing, as `TranslationDims` has them.
     """
 
     size: int = 768
     width: int = 64
     blocks: tuple[int, ...] = (3, 4, 6, 3, 3)
+    inputs: tuple[str, ...] = MAPS
 
     def __post_init__(self) -> None:
+        _check_inputs(self.inputs)
         if self.size < 1 or self.width < 1 or not self.blocks or min(self.blocks) < 1:
             raise ValueError(f"{self}: expected positive numbers")
+
+
+def _check_inputs(inputs: tuple[str, ...]) -> None:
+    known = (*MAPS, *CURVATURE_MAPS)
+    if not inputs or not set(inputs) <= set(known) or len(set(inputs)) < len(inputs):
+        raise ValueError(f"inputs are {inputs}, expected different ones of {', '.join(known)}")
 
 
 @dataclass(frozen=True)
@@ -124,6 +149,9 @@ class Preset:
             step; their average generalises better and steadily.
         statistics: The ranker on plain numbers, which the paper doesn't have; None does without.
         counting: How it is trained.
+        percentile: What thresholds and curvature maps are measured in: the 90th percentile over the pixels of the
+            "view", or over the vertices of the whole "mesh", seen or not, as the paper's text says.
+        published: Networks of the published checkpoints: unless told otherwise, they draw as the published code does.
     """
 
     name: str
@@ -136,8 +164,12 @@ class Preset:
     averaging: float = 0.0
     statistics: StatisticsDims | None = None
     counting: Rates = field(default_factory=lambda: Rates(3e-4, batch=64, epochs=30))
+    percentile: Percentile = "view"
+    published: bool = False
 
     def __post_init__(self) -> None:
+        if self.percentile not in ("view", "mesh"):
+            raise ValueError(f"percentile is {self.percentile!r}, expected view or mesh")
         if self.translation.size % self.ranking.size:
             # Finetuning averages the image branch's output down to what the ranking module reads.
             raise ValueError(f"sizes {self.translation.size} and {self.ranking.size}: expected a multiple and its part")
@@ -146,6 +178,12 @@ class Preset:
         """The preset as JSON's own types, for checkpoint headers."""
         record: dict[str, Any] = json.loads(json.dumps(asdict(self)))
         return record
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The maps of a view that any of the networks reads: what is computed, read and handed on, in this order."""
+        read = {*self.translation.inputs, *self.ranking.inputs, *(MAPS if self.statistics else ())}
+        return tuple(name for name in (*MAPS, *CURVATURE_MAPS) if name in read)
 
     @property
     def stages(self) -> tuple[str, ...]:
@@ -165,9 +203,8 @@ class Preset:
             KeyError, TypeError, ValueError: A key is missing or unknown, or a value makes no sense.
         """
         parts: dict[str, Any] = dict(record)
-        ranking = parts.pop("ranking")
-        parts["ranking"] = RankingDims(**{**ranking, "blocks": tuple(ranking["blocks"])})
-        parts["translation"] = TranslationDims(**parts.pop("translation"))
+        parts["ranking"] = RankingDims(**_tuples(parts.pop("ranking")))
+        parts["translation"] = TranslationDims(**_tuples(parts.pop("translation")))
         parts["variation"] = Variation(**parts.pop("variation"))
         if parts.get("statistics") is not None:
             parts["statistics"] = StatisticsDims(**parts["statistics"])
@@ -176,12 +213,17 @@ class Preset:
         return cls(**parts)
 
 
+def _tuples(record: dict[str, Any]) -> dict[str, Any]:
+    """JSON's lists as the tuples that they were."""
+    return {key: tuple(value) if isinstance(value, list) else value for key, value in record.items()}
+
+
 PRESETS = {
     preset.name: preset
     for preset in (
         Preset(
             "paper",
-            TranslationDims(),
+            TranslationDims(style="pix2pixhd"),
             RankingDims(),
             ranker=Rates(2e-5, batch=32, epochs=20),
             translator=Rates(2e-4, batch=2, epochs=20),

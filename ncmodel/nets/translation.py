@@ -1,52 +1,61 @@
-"""The image translation branch: depth and shaded maps in, per-pixel line probability out (section 3.2, appendix 2)."""
+"""The image translation branch: maps of a view in, per-pixel line probability out (section 3.2, appendix 2)."""
 
 import itertools
 
 import torch
 from torch import Tensor, nn
 
-from ncmodel.nets.blocks import ResidualBlock, Standardise, conv_norm
-from ncmodel.nets.presets import BACKGROUND, MAP_CHANNELS, TranslationDims
+from ncmodel.nets.blocks import Pick, ResidualBlock, Standardise, conv_norm
+from ncmodel.nets.presets import BACKGROUND, Blocks, TranslationDims
 
 
-def _up(inputs: int, outputs: int) -> nn.Sequential:
+def _up(inputs: int, outputs: int, style: Blocks) -> nn.Sequential:
     """The tables' Conv(3x3, stride=1/2): (B, inputs, H, W) -> (B, outputs, 2H, 2W), batch norm, ReLU."""
-    convolution = nn.ConvTranspose2d(inputs, outputs, 3, stride=2, padding=1, output_padding=1, bias=False)
+    biased = style == "pix2pixhd"
+    convolution = nn.ConvTranspose2d(inputs, outputs, 3, stride=2, padding=1, output_padding=1, bias=biased)
     return nn.Sequential(convolution, nn.BatchNorm2d(outputs), nn.ReLU(inplace=True))
 
 
 class TranslationBranch(nn.Module):
     """Table 5 of the paper's appendix, at the width and depth of `dims`.
 
+    Args:
+        dims: The architecture.
+        given: Names of the K maps that it is handed; those that it reads, by default.
+
     Attributes:
         layers: The rows of the table in order, without the input and with the last sigmoid left to `forward`.
     """
 
-    def __init__(self, dims: TranslationDims) -> None:
+    def __init__(self, dims: TranslationDims, given: tuple[str, ...] | None = None) -> None:
         super().__init__()
-        self.dims = dims
+        self.dims, style = dims, dims.style
         widths = [dims.width * 2**level for level in range(dims.levels + 1)]
         ends = list(itertools.pairwise(widths))
-        self.standardise = Standardise([BACKGROUND] * MAP_CHANNELS)
+        self.pick = Pick(given, dims.inputs)
+        self.standardise = Standardise([BACKGROUND] * len(dims.inputs))
         self.layers = nn.ModuleList(
             [
-                nn.Sequential(conv_norm(MAP_CHANNELS, dims.width, 7), nn.ReLU(inplace=True)),
-                *(nn.Sequential(conv_norm(a, b, 3, stride=2), nn.ReLU(inplace=True)) for a, b in ends),
-                nn.Sequential(*(ResidualBlock(widths[-1], widths[-1]) for _ in range(dims.blocks))),
-                *(_up(b, a) for a, b in reversed(ends)),
-                nn.Conv2d(dims.width, 1, 7, padding=3),
+                nn.Sequential(conv_norm(len(dims.inputs), dims.width, 7, 1, style), nn.ReLU(inplace=True)),
+                *(nn.Sequential(conv_norm(a, b, 3, 2, style), nn.ReLU(inplace=True)) for a, b in ends),
+                nn.Sequential(*(ResidualBlock(widths[-1], widths[-1], 1, style) for _ in range(dims.blocks))),
+                *(_up(b, a, style) for a, b in reversed(ends)),
+                nn.Conv2d(dims.width, 1, 7, padding=3, padding_mode="reflect" if style == "pix2pixhd" else "zeros"),
             ]
         )
 
     def logits(self, maps: Tensor) -> Tensor:
-        """(B, 7, H, W) maps -> (B, 1, H, W) log-odds of a line; H and W multiples of 2^levels."""
-        x: Tensor = self.standardise(maps)
+        """(B, K, H, W) maps -> (B, 1, H, W) log-odds of a line; H and W multiples of 2^levels."""
+        return self.translate(self.standardise(self.pick(maps)))
+
+    def translate(self, x: Tensor) -> Tensor:
+        """(B, inputs, H, W) standardised maps -> (B, 1, H, W) log-odds of a line."""
         for layer in self.layers:
             x = layer(x)
         return x
 
     def forward(self, maps: Tensor) -> Tensor:
-        """(B, 7, H, W) depth and shaded maps -> (B, 1, H, W) probability of a line at each pixel."""
+        """(B, K, H, W) maps -> (B, 1, H, W) probability of a line at each pixel."""
         return torch.sigmoid(self.logits(maps))
 
     def expect_ink(self, share: float) -> None:

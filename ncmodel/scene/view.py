@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from typing import Literal
 
 import numpy as np
 
@@ -131,12 +132,16 @@ class View:
                 self._feature_maps[family] = shading.interpolate(buffers, self.surface.faces, values)
         return self._feature_maps[family]
 
-    def feature_percentile(self, family: LineFamily) -> float:
+    def feature_percentile(self, family: LineFamily, over: Literal["view", "mesh"] = "view") -> float:
         """The unit of a filtered family's thresholds in the paper: the 90th percentile of its positive feature values.
 
-        1 where no seen pixel has a positive value: no threshold then matters.
+        1 where no value is positive: no threshold then matters.
+
+        Args:
+            family: The family.
+            over: The values at the pixels of the "view", or at the vertices of the "mesh", seen or not.
         """
-        values = self.feature_map(family)
+        values = self.feature_map(family) if over == "view" else _FEATURES[family](self)
         positive = values[values > 0]
         return float(np.percentile(positive, PERCENTILE)) if positive.size else 1.0
 

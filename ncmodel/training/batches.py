@@ -26,7 +26,7 @@ class Batch:
     """Some views and some drawings of them.
 
     Attributes:
-        maps: (N, 7, S, S) depth and shaded maps.
+        maps: (N, K, S, S) depth and shaded maps, or others that networks read.
         drawings: (M, 1, S, S) ink.
         view: (M,) which of the N views each drawing is of.
     """

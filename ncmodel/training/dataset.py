@@ -6,7 +6,8 @@ with the number of views.
 
 import hashlib
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,9 @@ from ncmodel.data.pairs import Pair, read_pairs
 from ncmodel.errors import InputError
 from ncmodel.images import read_grey
 from ncmodel.model.letterbox import Square
-from ncmodel.nets.presets import BACKGROUND
+from ncmodel.model.maps import network_maps
+from ncmodel.nets.presets import BACKGROUND, CURVATURE_MAPS, MAPS, Percentile
+from ncmodel.scene.view import View
 from ncmodel.types import Image
 
 CACHE_BYTES = 1 << 30
@@ -43,16 +46,35 @@ class ViewImages:
     Attributes:
         data: The data folder.
         sizes: Sides of the squares, pixels. A file is decoded once for all of them.
+        inputs: Names of the maps. Curvature maps have no files: they are computed from the mesh.
+        percentile: What curvature maps are measured in.
     """
 
-    def __init__(self, data: DataFolder, sizes: Sequence[int], cache_bytes: int = CACHE_BYTES) -> None:
+    def __init__(
+        self,
+        data: DataFolder,
+        sizes: Sequence[int],
+        cache_bytes: int = CACHE_BYTES,
+        inputs: Sequence[str] = MAPS,
+        percentile: Percentile = "view",
+    ) -> None:
         self.data, self.sizes = data, tuple(sorted(set(sizes)))
+        self.inputs, self.percentile = tuple(inputs), percentile
         self._cache: OrderedDict[Path, dict[int, NDArray[np.uint16]]] = OrderedDict()
         self._free = cache_bytes
+        self._opened: tuple[Item, View] | None = None
 
     def maps(self, item: Item, size: int) -> Image:
-        """(7, size, size) depth and six shaded maps."""
-        return np.stack([self._image(path, size, BACKGROUND) for path in self.data.map_paths(item)])
+        """(K, size, size) the maps of `inputs`."""
+        folder = self.data.view_folder(item)
+        return np.stack(
+            [
+                self._image(folder / f"{name}.png", size, BACKGROUND, partial(self._curvature, item, name))
+                if name in CURVATURE_MAPS
+                else self._image(folder / f"{name}.png", size, BACKGROUND)
+                for name in self.inputs
+            ]
+        )
 
     def drawing(self, item: Item, index: int, size: int) -> Image:
         """(size, size) ink of one of the eight drawings."""
@@ -65,7 +87,11 @@ class ViewImages:
         Raises:
             InputError: A file can't be read.
         """
-        paths = {path for item in {pair.item for pair in pairs} for path in self.data.map_paths(item)}
+        items = {pair.item for pair in pairs}
+        paths = {path for item in items for path in self.data.map_paths(item) if path.stem in self.inputs}
+        if set(self.inputs) & set(CURVATURE_MAPS):
+            paths |= {self.data.camera_path(item) for item in items}
+            paths |= {self.data.mesh_path(item.shape) for item in items}
         paths |= {self.data.drawing_path(pair.item, index) for pair in pairs for index in (pair.better, pair.worse)}
         digest = hashlib.sha256()
         for path in sorted(paths):
@@ -76,11 +102,17 @@ class ViewImages:
                 raise InputError(path, f"can't be read ({error.strerror})", "a picture of a finished view") from error
         return digest.hexdigest()
 
-    def _image(self, path: Path, size: int, background: float) -> Image:
+    def _curvature(self, item: Item, name: str) -> Image:
+        """(H, W) a curvature map. The item's view is kept for the next one: computing curvature takes long."""
+        if self._opened is None or self._opened[0] != item:
+            self._opened = item, self.data.open_view(item)
+        return np.asarray(network_maps(self._opened[1], [name], self.percentile)[0])
+
+    def _image(self, path: Path, size: int, background: float, make: Callable[[], Image] | None = None) -> Image:
         if path in self._cache:
             self._cache.move_to_end(path)
         else:
-            levels = read_grey(path)
+            levels = read_grey(path) if make is None else make()
             height, width = levels.shape
             fitted = {side: Square(height, width, side).fit(levels, background) for side in self.sizes}
             self._keep(path, {side: np.rint(image * 65535.0).astype(np.uint16) for side, image in fitted.items()})

@@ -11,6 +11,7 @@ from torch import Tensor, nn
 
 from ncmodel.data.item import Item
 from ncmodel.data.pairs import Pair, best_drawings
+from ncmodel.nets.devices import device_of
 from ncmodel.nets.losses import cross_entropy, pair_accuracy, ranking_loss
 from ncmodel.nets.presets import Preset, Rates
 from ncmodel.nets.ranking import RankingModule
@@ -74,7 +75,7 @@ class RankerObjective:
         items = set(sorted({pair.item for pair in self.training})[:SCALE_VIEWS])
         ends = {(pair.item, end) for pair in self.training for end in (pair.better, pair.worse) if pair.item in items}
         batch = load_batch(self.images, sorted(ends), self.ranker.dims.size).to(device_of(self.ranker))
-        self.ranker.standardise_maps.fit(batch.maps)
+        self.ranker.standardise_maps.fit(self.ranker.pick(batch.maps))
         self.ranker.standardise_drawing.fit(batch.drawings)
 
     def steps(self, rng: np.random.Generator) -> Sequence[Callable[[], Tensor]]:
@@ -117,7 +118,7 @@ class TranslatorObjective:
         """Measure the input scales and the share of ink."""
         batch = load_batch(self.images, self.training[:SCALE_VIEWS], self.translator.dims.size)
         batch = batch.to(device_of(self.translator))
-        self.translator.standardise.fit(batch.maps)
+        self.translator.standardise.fit(self.translator.pick(batch.maps))
         self.translator.expect_ink(float(batch.drawings.mean()))
 
     def steps(self, rng: np.random.Generator) -> Sequence[Callable[[], Tensor]]:
@@ -213,11 +214,6 @@ def finetune_losses(ranker: RankingModule, translator: TranslationBranch, pairs:
         merged_ranking=ranking_loss(scores[place], scores[pairs.worse]),
         cross_entropy=cross_entropy(logits, batch.drawings[best]),
     )
-
-
-def device_of(network: nn.Module) -> torch.device:
-    """Where a network's weights are, and its input must be."""
-    return next(network.parameters()).device
 
 
 def score_batch(ranker: RankingModule, batch: Batch) -> Tensor:

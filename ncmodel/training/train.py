@@ -24,6 +24,7 @@ from ncmodel.errors import ArgumentError, InputError, UsageError
 from ncmodel.files import write_text
 from ncmodel.nets.blocks import WIDE, initialise, threads_for
 from ncmodel.nets.checkpoints import Checkpoint, load_checkpoint, save_checkpoint
+from ncmodel.nets.devices import device_named
 from ncmodel.nets.presets import Preset
 from ncmodel.nets.ranking import RankingModule
 from ncmodel.nets.statistics_ranker import StatisticsRanker
@@ -77,13 +78,7 @@ class TrainOptions:
             raise ArgumentError("seconds", str(self.seconds), "a positive number")
         if self.seed < 0:
             raise ArgumentError("seed", str(self.seed), "0 or more")
-        try:
-            torch.zeros(1, device=self.device)
-        except (RuntimeError, AssertionError) as error:
-            # torch's message may go on for many lines; the first one tells.
-            reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-            found = f"{self.device!r}, which torch can't use ({reason})"
-            raise ArgumentError("device", found, "cpu, cuda or another device of this machine") from error
+        device_named(self.device)
 
 
 @dataclass(frozen=True)
@@ -154,7 +149,8 @@ def run_training(
     folder.require(sorted({pair.item for pair in read}), pairs)
     if not Path(out).absolute().parent.is_dir():
         raise InputError(out, "its folder doesn't exist", "a file in an existing folder")
-    images = ViewImages(folder, (preset.translation.size, preset.ranking.size))
+    sizes = preset.translation.size, preset.ranking.size
+    images = ViewImages(folder, sizes, inputs=preset.inputs, percentile=preset.percentile)
     if options.stages is not None and not set(options.stages) <= set(preset.stages):
         raise ArgumentError(
             "stages", repr(",".join(options.stages)), f"what {preset.name!r} has: {', '.join(preset.stages)}"
@@ -259,11 +255,11 @@ class _Run:
             counting = self._new(StatisticsRanker(self.preset.statistics), stage, "cpu")
             return StatisticsObjective(self.preset, counting, DrawingNumbers(self.images.data), self.pairs, progress)
         if stage == "ranker":
-            return RankerObjective(self.preset, self._new(RankingModule(self.preset.ranking), stage), *shared)
+            ranker = RankingModule(self.preset.ranking, self.preset.inputs)
+            return RankerObjective(self.preset, self._new(ranker, stage), *shared)
         if stage == "translator":
-            return TranslatorObjective(
-                self.preset, self._new(TranslationBranch(self.preset.translation), stage), *shared
-            )
+            translator = TranslationBranch(self.preset.translation, self.preset.inputs)
+            return TranslatorObjective(self.preset, self._new(translator, stage), *shared)
         trained = copy.deepcopy(self.checkpoint)
         for network in trained.networks.values():
             network.to(self.options.device)

@@ -11,12 +11,17 @@ import torch
 
 from ncmodel import Camera, draw_shape, load_model
 from ncmodel.images import from_ink, read_grey, write_png
+from ncmodel.mesh.load import load_mesh
 from ncmodel.nets.blocks import initialise
-from ncmodel.nets.checkpoints import Checkpoint, save_checkpoint
+from ncmodel.nets.checkpoints import Checkpoint, build_network, save_checkpoint
 from ncmodel.nets.presets import PRESETS
 from ncmodel.nets.ranking import RankingModule
 from ncmodel.nets.translation import TranslationBranch
+from ncmodel.published.rendering import published_view
+from ncmodel.scene.surface import Surface
+from ncmodel.scene.view import View
 from tests.helpers.pages import ROOT, blocks
+from tests.helpers.published_weights import NARROW
 from tests.helpers.training_data import make_data
 
 NOTEBOOK = ROOT / "examples/first_steps.ipynb"
@@ -115,3 +120,20 @@ def test_notebook_is_stored_without_outputs() -> None:
     stored = json.loads(NOTEBOOK.read_text(encoding="utf-8"))["cells"]
     assert len(cells()) >= 8
     assert all(not cell["outputs"] and cell["execution_count"] is None for cell in stored if "outputs" in cell)
+
+
+@pytest.mark.slow
+def test_published_page(folder: Path, bundled: Path) -> None:
+    networks = {name: build_network(name, NARROW) for name in ("ranker", "translator")}
+    for seed, network in enumerate(networks.values()):
+        initialise(network, torch.Generator().manual_seed(seed))
+    save_checkpoint(folder / "official.safetensors", Checkpoint(NARROW, **networks))  # type: ignore[arg-type]
+    mesh = load_mesh(bundled / "cow.obj")
+    view = published_view(View(Surface(mesh), Camera.orbit(mesh.vertices, size=(1024, 768))))
+    (folder / "bumps_a").mkdir()
+    for name, content in view.files().items():
+        (folder / "bumps_a" / name).write_bytes(content)
+    names = run_page("published.md")
+    assert names["paper"].shape == names["ink"].shape == names["choice"].ink.shape == (768, 1024)
+    assert np.isfinite([names["value"], *names["slope"]]).all()
+    assert names["choice"].plan.thresholds.unit == "published"

@@ -212,3 +212,26 @@ def test_a_checkpoint_that_is_none_ends_in_one_line(bundled: Path, tmp_path: Pat
     arguments = ["draw", str(bundled / "bone.ply"), "-o", str(tmp_path / "b.svg")]
     assert main([*arguments, "--model", str(tmp_path / "bad.ckpt")]) == 2
     assert main([*arguments, "--model", str(tmp_path / "missing.ckpt")]) == 2
+
+
+def test_a_device_that_is_not_there_ends_in_one_line(
+    bundled: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    save_checkpoint(tmp_path / "m.ckpt", networks())
+    mesh, model = str(bundled / "bone.ply"), str(tmp_path / "m.ckpt")
+    (tmp_path / "c.json").write_text(Camera.orbit(torus(8, 4)[0]).to_json())
+    for command in (
+        ["draw", mesh, "-o", str(tmp_path / "b.svg")],
+        ["score", mesh, str(tmp_path / "b.png"), "--camera", str(tmp_path / "c.json")],
+    ):
+        assert main([*command, "--model", model, "--device", "abacus"]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert "--device: found 'abacus', which torch can't use" in line
+
+
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="needs cuda")
+def test_a_gpu_draws_what_a_cpu_draws(bent: Surface) -> None:
+    on_cpu, on_gpu = (Model(networks(), device).choose(view_of(bent), budget="draft") for device in ("cpu", "cuda"))
+    assert on_gpu.families == on_cpu.families
+    assert on_gpu.score == pytest.approx(on_cpu.score, abs=1e-3)
+    assert len(on_gpu.strokes) == len(on_cpu.strokes)

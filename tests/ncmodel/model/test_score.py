@@ -10,6 +10,7 @@ from ncmodel.model.letterbox import Square
 from ncmodel.model.maps import LineMaps
 from ncmodel.model.score import CHUNK, DrawingScore
 from ncmodel.nets.blocks import initialise
+from ncmodel.nets.devices import prepared
 from ncmodel.nets.presets import RankingDims
 from ncmodel.nets.ranking import RankingModule
 from ncmodel.types import Floats, Image
@@ -91,22 +92,22 @@ def ink_left(lines: LineMaps, family: int, t: float) -> float:
 @pytest.mark.parametrize("share", [0.05, 0.25, 0.5, 0.9, 0.999])
 def test_levels_leave_the_share_of_ink_asked_for(family: int, share: float) -> None:
     lines, maps, _ = example(seed=family)
-    threshold = DrawingScore(ranker(), maps, lines).threshold_leaving(family, share)
+    threshold = DrawingScore(ranker(), maps, lines).fading[family].threshold(share)
     assert ink_left(lines, family, threshold) == pytest.approx(share, abs=1e-6)
 
 
 def test_levels_at_the_ends() -> None:
     lines, maps, _ = example()
     score = DrawingScore(ranker(), maps, lines)
-    assert score.threshold_leaving(2, 1.0) == pytest.approx(0.0, abs=1e-9)
-    assert score.threshold_leaving(2, 0.0) == pytest.approx(float(lines.features[2].max()))
+    assert score.fading[2].threshold(1.0) == pytest.approx(0.0, abs=1e-9)
+    assert score.fading[2].threshold(0.0) == pytest.approx(float(lines.features[2].max()))
 
 
 def test_levels_of_lines_that_are_all_as_strong() -> None:
     lines, maps, _ = example()
     same = LineMaps(lines.lines, np.full_like(lines.features, 2.0), lines.contours, lines.boundaries, lines.p90)
     score = DrawingScore(ranker(), maps, same)
-    assert [score.threshold_leaving(0, share) for share in (1.0, 0.75, 0.5, 0.0)] == pytest.approx(
+    assert [score.fading[0].threshold(share) for share in (1.0, 0.75, 0.5, 0.0)] == pytest.approx(
         [0.0, 0.5, 1.0, 2.0], abs=1e-6
     )
 
@@ -114,12 +115,12 @@ def test_levels_of_lines_that_are_all_as_strong() -> None:
 def test_presence_of_families_and_boundaries() -> None:
     lines, maps, _ = example()
     score = DrawingScore(ranker(), maps, lines)
-    assert score.present.tolist() == [True] * 4
+    assert [fading.present for fading in score.fading] == [True] * 4
     assert score.has_boundaries
     empty = np.zeros_like(lines.lines)
     empty[1] = lines.lines[1]
     score = DrawingScore(ranker(), maps, LineMaps(empty, lines.features, lines.contours, empty[0], lines.p90))
-    assert score.present.tolist() == [False, True, False, False]
+    assert [fading.present for fading in score.fading] == [False, True, False, False]
     assert not score.has_boundaries
 
 
@@ -133,10 +134,19 @@ def test_a_view_without_a_line_has_a_score() -> None:
     assert slope.tolist() == [0.0] * 4
 
 
-def test_half_precision_scores_are_close() -> None:
+@pytest.mark.parametrize("fast", [False, True])
+def test_rough_scores_and_slopes_are_close(monkeypatch: pytest.MonkeyPatch, fast: bool) -> None:
+    """In bfloat16 where the hardware has it, the same numbers where it hasn't."""
+    monkeypatch.setattr(torch.cpu, "_is_avx512_bf16_supported", lambda: fast)
+    monkeypatch.setattr(torch.cpu, "_is_amx_tile_supported", lambda: False)
     lines, maps, image = example()
-    t = np.random.default_rng(0).random((8, 4))
-    exact = DrawingScore(ranker(), maps, lines, image).scores(t, boundaries=True)
-    half = DrawingScore(ranker(), maps, lines, image).scores(t, boundaries=True, rough=True)
-    assert half.dtype == np.float64
-    np.testing.assert_allclose(half, exact, atol=0.1 * max(1.0, float(np.abs(exact).max())))
+    network, t = ranker(), np.random.default_rng(0).random((8, 4))
+    ready = prepared(network)
+    assert (ready is network) != fast
+    exact, rough = DrawingScore(network, maps, lines, image), DrawingScore(ready, maps, lines, image, rough=True)
+    scores, close = exact.scores(t, True), rough.scores(t, True)
+    assert close.dtype == np.float64
+    assert (close == scores).all() != fast
+    np.testing.assert_allclose(close, scores, atol=0.02 * max(1.0, float(np.abs(scores).max())))
+    slope, near = exact.slope(t[0], True)[1], rough.slope(t[0], True)[1]
+    np.testing.assert_allclose(near, slope, atol=0.1 * float(np.abs(slope).max()))

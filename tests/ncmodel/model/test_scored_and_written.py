@@ -46,7 +46,7 @@ def test_what_is_scored_is_what_is_written(make: Callable[[], View], share: floa
     view = make()
     lines = line_maps(view)
     score = DrawingScore(RankingModule(RankingDims(size=192, width=2, blocks=(1, 1))), network_maps(view), lines)
-    t = [score.threshold_leaving(index, share) for index in range(4)]
+    t = [score.fading[index].threshold(share) for index in range(4)]
     scored = score.drawings(torch.tensor([t], dtype=torch.float32), boundaries=True)[0, 0].numpy()
     values = {family.value: value for family, value in zip(FILTERED_FAMILIES, t, strict=True)}
     families = (LineFamily.CONTOURS, LineFamily.BOUNDARIES, *FILTERED_FAMILIES)

@@ -1,55 +1,16 @@
 """The threshold search on functions whose maximum is known, and where there is none."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from ncmodel.errors import UsageError
 from ncmodel.model.threshold_search import BUDGETS, Budget, budget_named, optimise
-from ncmodel.types import Floats, Mask
-
-Score = Callable[[Floats], float]
+from ncmodel.types import Floats
+from tests.helpers.known_scores import Knees, Known
 
 INSIDE = np.array([0.3, 1.1, 0.05, 2.0])
-
-
-@dataclass
-class Known:
-    """A known function in place of a network; half of each family's ink is left at `half`, none at `largest`."""
-
-    score: Score
-    present: Mask = field(default_factory=lambda: np.ones(4, dtype=np.bool_))
-    boundary_gain: float | None = None
-    half: float = 0.5
-    largest: float = 4.0
-    rough_error: float = 0.0
-    calls: int = 0
-
-    @property
-    def has_boundaries(self) -> bool:
-        return self.boundary_gain is not None
-
-    def threshold_leaving(self, family: int, share: float) -> float:
-        assert self.present[family]
-        return float(np.interp(share, [0.0, 0.5, 1.0], [self.largest, self.half, 0.0]))
-
-    def scores(self, thresholds: Floats, boundaries: bool, rough: bool = False) -> Floats:
-        assert thresholds.shape[1] == 4
-        assert (thresholds >= 0).all()
-        self.calls += len(thresholds)
-        gain = (self.boundary_gain or 0.0) if boundaries else 0.0
-        error = self.rough_error if rough else 0.0
-        return np.array([self.score(t) + gain + error for t in thresholds])
-
-    def slope(self, thresholds: Floats, boundaries: bool) -> tuple[float, Floats]:
-        here = float(self.scores(thresholds[None], boundaries)[0])
-        steps = 1e-6 * np.eye(4)
-        self.calls -= 8
-        ahead = np.array([self.score(thresholds + step) - self.score(thresholds - step) for step in steps])
-        self.calls += 8
-        return here, ahead / 2e-6
 
 
 def hill(t: Floats) -> float:
@@ -86,7 +47,7 @@ def test_the_higher_of_two_hills_is_climbed() -> None:
 def test_a_point_of_the_grid_is_kept_where_climbing_gains_nothing() -> None:
     """A spike at one grid point, whose slope leads nowhere."""
     for budget in (BUDGETS["balanced"], BUDGETS["accurate"]):
-        low, high = (Known(hill).threshold_leaving(0, share) for share in (budget.shares[1], 0.0))
+        low, high = (Knees().threshold(share) for share in (budget.shares[1], 0.0))
         spike = [low, high, low, high]
         found = optimise(Known(lambda t, spike=spike: float(t.tolist() == spike)), budget)  # type: ignore[misc]
         assert (list(found.thresholds), found.score) == (spike, 1.0)
@@ -138,7 +99,7 @@ def test_a_constant_score_says_so_and_gives_the_middle_of_the_grid() -> None:
     found = optimise(Known(lambda t: 0.25), BUDGETS["balanced"])
     assert found.flat
     assert found.score == 0.25
-    middle = Known(hill).threshold_leaving(0, BUDGETS["balanced"].shares[0])
+    middle = Knees().threshold(BUDGETS["balanced"].shares[0])
     assert found.thresholds == (middle,) * 4
 
 

@@ -10,8 +10,9 @@ from torch import Tensor, nn
 
 from ncmodel.errors import UsageError
 from ncmodel.nets.blocks import ResidualBlock, Standardise, initialise
+from ncmodel.nets.checkpoints import build_network
 from ncmodel.nets.losses import cross_entropy, pair_accuracy, ranking_loss
-from ncmodel.nets.presets import PRESETS, Preset, RankingDims, TranslationDims, preset_named
+from ncmodel.nets.presets import MAPS, PRESETS, Preset, RankingDims, TranslationDims, preset_named
 from ncmodel.nets.ranking import RankingModule
 from ncmodel.nets.translation import TranslationBranch
 
@@ -86,11 +87,50 @@ def test_parameter_counts_follow_from_the_papers_tables() -> None:
     widths = [64, 128, 256, 512, 1024]
     steps = list(itertools.pairwise(widths))
     expected = convolution(7, 7, 64) + sum(convolution(3, a, b) + convolution(3, b, a) for a, b in steps)
-    assert parameters(branch) == expected + 18 * convolution(3, 1024, 1024) + 7 * 7 * 64 + 1
+    biases = sum(widths) + 18 * 1024 + sum(widths[:-1])
+    assert parameters(branch) == expected + 18 * convolution(3, 1024, 1024) + 7 * 7 * 64 + 1 + biases
+    assert parameters(branch) == 182_492_289
 
     expected = convolution(7, 8, 64) + sum(convolution(3, a, b) + convolution(1, a, b) for a, b in steps)
     inner = zip(widths, [6, 7, 11, 5, 5], strict=True)
     assert parameters(module) == expected + sum(n * convolution(3, c, c) for c, n in inner) + 1024 + 1
+
+
+def test_pix2pixhd_s_blocks_add_without_relu_and_reflect_at_the_rim() -> None:
+    torch.manual_seed(0)
+    block, image = ResidualBlock(3, 3, style="pix2pixhd").eval(), torch.randn(1, 3, 5, 6)
+    for layers in (block.first, block.second):
+        nn.init.normal_(layers[1].weight)  # type: ignore[arg-type]
+        layers[1].running_mean.normal_()  # type: ignore[operator]
+
+    def layer(layers: nn.Sequential, x: Tensor) -> Tensor:
+        convolution, norm = layers
+        padded = nn.functional.pad(x, (1, 1, 1, 1), mode="reflect")
+        filtered = nn.functional.conv2d(padded, convolution.weight, convolution.bias)  # type: ignore[arg-type]
+        return torch.as_tensor(norm(filtered))
+
+    expected = image + layer(block.second, torch.relu(layer(block.first, image)))
+    assert expected.min() < 0
+    torch.testing.assert_close(block(image), expected)
+
+
+def test_presets_written_before_styles_and_inputs_are_read_as_they_were() -> None:
+    record = PRESETS["paper"].to_record()
+    for part in ("translation", "ranking"):
+        record[part] = {key: value for key, value in record[part].items() if key not in ("style", "inputs")}
+    old = Preset.from_record({key: value for key, value in record.items() if key not in ("percentile", "published")})
+    assert (old.translation.style, old.inputs, old.percentile) == ("resnet", MAPS, "view")
+
+
+def test_networks_pick_what_they_read_of_the_maps_they_are_handed() -> None:
+    dims = TranslationDims(size=16, width=2, levels=1, blocks=1, inputs=("apparent", "depth"))
+    preset = replace(PRESETS["tiny"], translation=dims, ranking=RankingDims(size=16, width=2, blocks=(1,)))
+    assert preset.inputs == (*MAPS, "apparent")
+    branch, alone = build_network("translator", preset).eval(), TranslationBranch(dims).eval()
+    alone.load_state_dict(branch.state_dict())
+    maps = torch.rand(1, 8, 16, 16)
+    torch.testing.assert_close(branch(maps), alone(maps[:, [7, 0]]))
+    assert Preset.from_record(preset.to_record()) == preset
 
 
 @pytest.mark.parametrize("preset", PRESETS.values(), ids=PRESETS.keys())
@@ -117,6 +157,14 @@ def test_unknown_preset_is_named() -> None:
 def test_impossible_dims_are_refused() -> None:
     with pytest.raises(ValueError, match="divisible by 16"):
         TranslationDims(size=100)
+    with pytest.raises(ValueError, match="expected different ones of depth, shaded_0"):
+        TranslationDims(inputs=("depth", "colour"))
+    with pytest.raises(ValueError, match="expected different ones"):
+        RankingDims(inputs=("depth", "depth"))
+    with pytest.raises(ValueError, match="resnet or pix2pixhd"):
+        TranslationDims(style="unet")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="view or mesh"):
+        replace(PRESETS["tiny"], percentile="picture")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="positive"):
         RankingDims(width=0)
     with pytest.raises(ValueError, match="sizes 256 and 96"):
