@@ -18,8 +18,8 @@ def score(
     files: Annotated[
         list[Path],
         typer.Argument(
-            metavar="MESH DRAWING",
-            help="A mesh file (not with --maps), then pictures with dark lines on light paper, in the camera's frame.",
+            metavar="FILES",
+            help="MESH (not with --maps), then DRAWING..: pictures with dark lines on light paper, in one frame.",
         ),
     ],
     camera: Annotated[
