@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ncmodel.errors import InputError, UsageError
+from ncmodel.parsing import parse_json
 from ncmodel.types import Floats
 
 DEFAULT_SIZE = 768
@@ -166,10 +167,10 @@ class Camera:
         expected = f"a JSON object with the keys {', '.join(_KEYS)}"
         try:
             # Whole numbers as floats: those that are too large become infinite.
-            record = json.loads(Path(path).read_text(encoding="utf-8-sig"), parse_int=float)
+            record = parse_json(Path(path).read_text(encoding="utf-8-sig"), parse_int=float)
         except OSError as error:
             raise InputError(path, f"can't be read ({error.strerror})", expected) from error
-        except (ValueError, RecursionError) as error:
+        except ValueError as error:
             raise InputError(path, f"not JSON ({error})", expected) from error
         if not isinstance(record, dict) or set(record) != set(_KEYS):
             keys = sorted(record) if isinstance(record, dict) else type(record).__name__

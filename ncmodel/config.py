@@ -1,13 +1,13 @@
 """Settings as frozen dataclasses, read from and written to TOML."""
 
 import dataclasses
-import tomllib
 import types
 import typing
 from pathlib import Path
 from typing import Any, TypeVar
 
 from ncmodel.errors import InputError
+from ncmodel.parsing import parse_toml
 
 C = TypeVar("C")
 
@@ -24,10 +24,10 @@ def read_config(kind: type[C], path: str | Path) -> C:
     """
     expected = f"TOML with some of the keys {', '.join(field.name for field in dataclasses.fields(_checked(kind)))}"
     try:
-        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        table = parse_toml(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError(path, f"can't be read ({error.strerror})", expected) from error
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+    except ValueError as error:
         raise InputError(path, f"not TOML ({error})", expected) from error
     return _from_table(kind, table, path)
 

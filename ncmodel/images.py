@@ -21,6 +21,11 @@ FULL_16 = 65535.0
 _FULL = {"uint8": 255.0, "uint16": FULL_16}
 """What a picture file stores for white."""
 
+_MOST_PIXELS = 1 << 27
+"""Of a PNG that is read: A3 at 600 dpi, and almost A2. A small file may unpack to more than the memory holds."""
+_PNG_SIZE = 24
+"""Bytes up to the end of width and height in a PNG file."""
+
 
 def from_ink(ink: ArrayLike) -> Pixels:
     """(H, W) ink in [0, 1], 1 = line, as black on white. Booleans are fine."""
@@ -94,18 +99,28 @@ def read_grey(path: str | Path) -> NDArray[np.float32]:
     """Read a picture as (H, W) brightness in [0, 1]: colours by luma, transparency over white, 8 or 16 bit.
 
     Raises:
-        InputError: The file is missing or no picture that can be read.
+        InputError: The file is missing, no picture that can be read, or so large that it would fill the memory.
     """
     expected = "a picture (PNG, or another format that OpenCV reads)"
     try:
         data = np.frombuffer(Path(path).read_bytes(), dtype=np.uint8)
     except OSError as error:
         raise InputError(path, f"can't be read ({error.strerror})", expected) from error
+    if (size := _png_size(data)) and size[0] * size[1] > _MOST_PIXELS:
+        raise InputError(path, f"{size[0]} x {size[1]} pixels", f"a picture of at most {_MOST_PIXELS} pixels")
     stored = _decode(data)
     if stored is None:
         raise InputError(path, f"{data.size} bytes, damaged or no picture", expected)
     full = _FULL.get(stored.dtype.name, 1.0)
     return _brightness((stored / full).astype(np.float32))
+
+
+def _png_size(data: Pixels) -> tuple[int, int] | None:
+    """Width and height that a PNG file says it has."""
+    head = data[:_PNG_SIZE].tobytes()
+    if not head.startswith(b"\x89PNG\r\n\x1a\n") or len(head) < _PNG_SIZE:
+        return None
+    return int.from_bytes(head[16:20], "big"), int.from_bytes(head[20:24], "big")
 
 
 def _decode(data: Pixels) -> Any:

@@ -1,10 +1,11 @@
 """A folder's `manifest.json`: what it was made from, and the sizes and checksums by which damage is found."""
 
 import hashlib
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+
+from ncmodel.parsing import parse_json
 
 MANIFEST = "manifest.json"
 
@@ -71,7 +72,7 @@ def file_checksum(path: Path) -> str:
 def read_json(path: Path) -> dict[str, Any] | None:
     """A JSON object, or None when the file is missing or isn't one."""
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
+        record = parse_json(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
     return record if isinstance(record, dict) else None

@@ -2,7 +2,6 @@
 
 import csv
 import hashlib
-import json
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from ncmodel.errors import InputError
 from ncmodel.files import is_clutter
 from ncmodel.mesh.gltf import beside
 from ncmodel.mesh.load import SUFFIXES
+from ncmodel.parsing import parse_json
 
 UP_COLUMNS = ("file", "up")
 
@@ -122,7 +122,7 @@ def _buffers(path: Path) -> Iterator[Path]:
     if path.suffix.lower() != ".gltf":
         return
     try:
-        uris = [str(buffer.get("uri", "")) for buffer in json.loads(path.read_bytes()).get("buffers", [])]
+        uris = [str(buffer.get("uri", "")) for buffer in parse_json(path.read_bytes()).get("buffers", [])]
         files = [beside(uri, path) for uri in uris if uri and not uri.startswith("data:")]
     except (ValueError, AttributeError):
         return  # whoever reads it says what is wrong

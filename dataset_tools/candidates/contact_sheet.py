@@ -1,6 +1,5 @@
 """Contact sheets of a data folder: what was made of each view, at a glance."""
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -8,6 +7,7 @@ from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
 from ncmodel.errors import InputError
 from ncmodel.images import Pixels, from_brightness, read_grey
+from ncmodel.parsing import parse_json
 from ncmodel.report.contact_sheet import Tile, contact_sheet
 
 
@@ -30,7 +30,7 @@ def data_sheet(data_dir: str | Path, names: Sequence[str] = (), thumb: int = 170
 
 def _row(data: DataFolder, item: Item) -> list[Tile]:
     try:
-        medoids = json.loads(data.selection_path(item).read_text(encoding="utf-8"))["medoids"]
+        medoids = parse_json(data.selection_path(item).read_text(encoding="utf-8"))["medoids"]
     except (OSError, ValueError, KeyError) as error:
         raise InputError(data.view_folder(item), "no readable selection.json in it", "a view that is done") from error
     renders = [Tile(_pixels(path), item.name) for path in data.render_paths(item)]

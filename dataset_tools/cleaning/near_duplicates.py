@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 from dataset_tools.cleaning.shape_distance import surface_distance
 from ncmodel.errors import InputError
 from ncmodel.mesh.load import load_mesh
+from ncmodel.parsing import parse_json
 from ncmodel.types import Floats
 
 NEAR = 0.01
@@ -104,7 +105,7 @@ def compared_before(path: Path, checksums: Mapping[str, str]) -> dict[tuple[str,
         checksums: Shape -> checksum of its mesh now.
     """
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
+        record = parse_json(path.read_text(encoding="utf-8"))
         same = {shape for shape, checksum in record["meshes"].items() if checksums.get(shape) == checksum}
         known = {(first, second): float(distance) for first, second, distance in record["compared"]}
         return {pair: distance for pair, distance in known.items() if same.issuperset(pair)}

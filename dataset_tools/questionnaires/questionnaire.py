@@ -14,6 +14,7 @@ from typing import Any
 from dataset_tools.questionnaires.identical_drawings import ALL_DIFFERENT, Twins, from_record, to_record
 from ncmodel.data.item import DRAWINGS, Item
 from ncmodel.errors import ArgumentError, InputError, UsageError
+from ncmodel.parsing import parse_json
 
 NONE = "none"
 """The answer "none of these line drawings are good"."""
@@ -157,7 +158,7 @@ def read_key(batch_dir: str | Path) -> dict[str, Any]:
     path = Path(batch_dir) / KEY_NAME
     expected = "the key of a batch of questionnaires"
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
+        record = parse_json(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError(path, f"can't be read ({error.strerror})", expected) from error
     except ValueError as error:

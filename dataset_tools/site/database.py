@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
-from dataset_tools.votes.results_sqlite import FORMAT, check_format
+from dataset_tools.votes.results_sqlite import FORMAT, LOCK_SECONDS, check_format, unusable_database
 from ncmodel.errors import InputError
 
 _SCHEMA = """
@@ -107,8 +107,11 @@ class SiteStore:
         self._order = {name: place for place, name in enumerate(questionnaires)}
         self._policy, self._clock = policy, clock
         self._lock = threading.Lock()
-        self._db = _open(path)
-        self._claim(path, hashlib.sha256(json.dumps(sorted(questionnaires)).encode()).hexdigest())
+        try:
+            self._db = _open(path)
+            self._claim(path, hashlib.sha256(json.dumps(sorted(questionnaires)).encode()).hexdigest())
+        except (sqlite3.Error, OSError) as error:
+            raise unusable_database(path, error) from error
 
     def close(self) -> None:
         """Close the database; its file then holds everything, also while somebody else has it open."""
@@ -303,17 +306,14 @@ def _hash(secret: str) -> str:
 
 
 def _open(path: Path) -> sqlite3.Connection:
-    try:
-        # Answers are nobody else's business; the files that SQLite adds get the same permissions.
-        os.close(os.open(path, os.O_RDWR | os.O_CREAT, 0o600))
-        db = sqlite3.connect(path, isolation_level=None, check_same_thread=False, timeout=30.0)
-        if path.stat().st_size:
-            check_format(db, path)
-        db.execute("PRAGMA journal_mode = WAL")
-        db.execute("PRAGMA synchronous = FULL")
-        db.execute("PRAGMA foreign_keys = ON")
-        db.executescript(_SCHEMA)
-        db.execute("INSERT OR IGNORE INTO meta VALUES ('format', ?)", (FORMAT,))
-    except (sqlite3.Error, OSError) as error:
-        raise InputError(path, f"can't be opened ({error})", "a site's database, or a new file") from error
+    # Answers are nobody else's business; the files that SQLite adds get the same permissions.
+    os.close(os.open(path, os.O_RDWR | os.O_CREAT, 0o600))
+    db = sqlite3.connect(path, isolation_level=None, check_same_thread=False, timeout=LOCK_SECONDS)
+    if path.stat().st_size:
+        check_format(db, path)
+    db.execute("PRAGMA journal_mode = WAL")
+    db.execute("PRAGMA synchronous = FULL")
+    db.execute("PRAGMA foreign_keys = ON")
+    db.executescript(_SCHEMA)
+    db.execute("INSERT OR IGNORE INTO meta VALUES ('format', ?)", (FORMAT,))
     return db

@@ -27,6 +27,7 @@ from dataset_tools.site.security import address, form, headers, redirect
 from dataset_tools.site.served_batch import SiteBatch
 from dataset_tools.votes.results_csv import parse_seconds, sensible_seconds
 from ncmodel.errors import ArgumentError
+from ncmodel.parsing import parse_json
 
 SESSION = "nc_session"
 PICTURES_FIELD = "pictures"
@@ -184,9 +185,9 @@ class Site:
         if not self._answers.allows(assignment.id):
             return JSONResponse({"error": "too fast"}, 429, headers={**headers(), "Retry-After": "2"})
         try:
-            record = json.loads(await request.body())
+            record = parse_json(await request.body())
             name, value = str(record["field"]), str(record["value"])
-        except (ValueError, KeyError, TypeError, RecursionError):
+        except (ValueError, KeyError, TypeError):
             return JSONResponse({"error": "not an answer"}, 400, headers=headers())
         if not self.batch.accepts(assignment.questionnaire, name, value):
             return JSONResponse({"error": "not an answer to this questionnaire"}, 400, headers=headers())

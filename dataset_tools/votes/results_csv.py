@@ -7,6 +7,7 @@ import csv
 import json
 import math
 import re
+from collections import Counter
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta, timezone
@@ -14,6 +15,7 @@ from pathlib import Path
 
 from dataset_tools.votes.tables import BYTE_ORDER_MARK, looks_mangled, open_table
 from ncmodel.errors import InputError
+from ncmodel.parsing import parse_json
 
 SIMULATED = "simulated participant"
 """What `RequesterAnnotation` says where nobody answered."""
@@ -109,7 +111,7 @@ def _header(path: Path, names: Sequence[str]) -> list[str]:
         raise InputError(
             path, found, "a results CSV with WorkerId, AssignmentId, Input.questionnaire and Answer columns"
         )
-    twice = sorted({name for name in header if name and header.count(name) > 1})
+    twice = sorted(name for name, times in Counter(header).items() if name and times > 1)
     if twice:
         raise InputError(path, f"column {twice[0]} twice", "each column once")
     return header
@@ -222,8 +224,8 @@ def _task_answers(text: str) -> dict[str, str]:
         ValueError: It is something else.
     """
     try:
-        listed = json.loads(text)
-    except (ValueError, RecursionError) as error:
+        listed = parse_json(text)
+    except ValueError as error:
         raise ValueError(f"{_BLOB} is not JSON ({error})") from error
     record = listed[0] if isinstance(listed, list) and len(listed) == 1 else listed
     if not isinstance(record, dict):
@@ -241,8 +243,8 @@ def _radio(value: object) -> str:
 def parse_seconds(text: str) -> dict[str, float]:
     """Seconds by field from the page's own record; what makes no sense is left out."""
     try:
-        record = json.loads(text) if text else {}
-    except (ValueError, RecursionError):
+        record = parse_json(text) if text else {}
+    except ValueError:
         return {}
     return sensible_seconds(record) if isinstance(record, dict) else {}
 

@@ -16,6 +16,8 @@ SELECT id, worker, questionnaire, started, finished FROM participants WHERE stat
 """
 FORMAT = "neural-contours site 1"
 """What a site's database calls itself."""
+LOCK_SECONDS = 30.0
+"""How long somebody else's lock is waited for."""
 SQLITE_MAGIC = b"SQLite format 3\x00"
 
 
@@ -28,9 +30,19 @@ def check_format(db: sqlite3.Connection, path: Path) -> None:
     try:
         row = db.execute("SELECT value FROM meta WHERE name = 'format'").fetchone()
     except sqlite3.Error as error:
-        raise InputError(path, f"no site's database ({error})", "what `ncontours crowd serve` writes") from error
+        raise unusable_database(path, error) from error
     if row is None or row[0] != FORMAT:
         raise InputError(path, f"format {row[0] if row else 'unknown'}", FORMAT)
+
+
+def unusable_database(path: Path, error: sqlite3.Error | OSError) -> InputError:
+    """What to say of a database that can't be used: it may be somebody's lock or permissions, and the file be sound."""
+    code = getattr(error, "sqlite_errorcode", 0) & 0xFF  # the extended code's first part
+    if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
+        return InputError(path, f"in use ({error})", "a database that no other program has locked")
+    if code in (sqlite3.SQLITE_READONLY, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_PERM) or isinstance(error, OSError):
+        return InputError(path, f"can't be opened ({error})", "a file, in a folder, that may be read and written")
+    return InputError(path, f"no site's database ({error})", "what `ncontours crowd serve` writes")
 
 
 def is_database(path: Path) -> bool:
@@ -51,7 +63,7 @@ def read_site_results(path: Path) -> Iterator[Answered]:
         InputError: The file can't be read or isn't a site's database.
     """
     try:
-        db = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True, timeout=30.0)
+        db = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True, timeout=LOCK_SECONDS)
         try:
             check_format(db, path)
             db.execute("BEGIN")
@@ -71,7 +83,7 @@ def read_site_results(path: Path) -> Iterator[Answered]:
         finally:
             db.close()
     except sqlite3.Error as error:
-        raise InputError(path, f"can't be read ({error})", "a site's database") from error
+        raise unusable_database(path, error) from error
 
 
 def results_csv(path: Path) -> Iterator[str]:

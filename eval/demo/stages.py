@@ -16,6 +16,7 @@ from typing import Any
 
 from ncmodel.errors import BatchError, InputError, NeuralContoursError
 from ncmodel.files import write_text
+from ncmodel.parsing import parse_json
 from ncmodel.processes import end_with_parent, peak_memory, peak_memory_of_children
 
 
@@ -172,7 +173,7 @@ def _read_record(path: Path) -> dict[str, Any]:
         return {}
     expected = "the record that an earlier run wrote"
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
+        record = parse_json(path.read_text(encoding="utf-8"))
     except ValueError as error:
         raise InputError(path, f"not JSON ({error})", expected) from error
     if not isinstance(record, dict):

@@ -10,6 +10,7 @@ from typing import Any, Literal
 from ncmodel.data.item import DRAWINGS, Item
 from ncmodel.errors import InputError
 from ncmodel.files import write_text
+from ncmodel.parsing import parse_json
 
 Split = Literal["train", "validation"]
 
@@ -80,7 +81,7 @@ def _pair(where: str, line: str) -> Pair:
     """One line of a pairs.jsonl."""
     expected = f"an object with {', '.join(_REQUIRED)}"
     try:
-        record = json.loads(line)
+        record = parse_json(line)
     except ValueError as error:
         raise InputError(where, f"not JSON ({error})", expected) from error
     if not isinstance(record, dict) or not set(_REQUIRED) <= set(record):

@@ -7,12 +7,12 @@ from typing import Self
 
 from ncmodel.camera import Camera
 from ncmodel.drawing.plan import Plan
-from ncmodel.errors import InputError, UsageError
+from ncmodel.errors import UsageError
 from ncmodel.export.page import WIDTH, Picture
 from ncmodel.export.pdf import pdf
 from ncmodel.export.png import ink, png
 from ncmodel.export.svg import svg
-from ncmodel.files import write_bytes
+from ncmodel.files import check_writable, write_bytes
 from ncmodel.types import Image, Stroke, Trace
 
 SUFFIXES = (".svg", ".png", ".pdf")
@@ -104,10 +104,9 @@ def check_output(path: str | Path) -> None:
 
     Raises:
         UsageError: The suffix is none of `SUFFIXES`.
-        InputError: There is no such folder.
+        InputError: There is no such folder, or the path is a device.
     """
     if Path(path).suffix.lower() not in SUFFIXES:
         found = f"the suffix is {Path(path).suffix!r}" if Path(path).suffix else "no suffix"
         raise UsageError(f"{path}: {found}, expected {', '.join(SUFFIXES)}, or an existing folder")
-    if not Path(path).parent.is_dir():
-        raise InputError(path, f"there is no folder {Path(path).parent}", "a folder that exists")
+    check_writable(path)

@@ -25,6 +25,9 @@ _SPLATS = ({"scale_0", "rot_0", "opacity"}, {"packed_position", "packed_rotation
 _AGAIN = " again"
 """Behind the name of a property that an element has already; no name has a blank of its own."""
 
+_MOST_AGAIN = 100
+"""Times that a property may be there once more; files in use have it at most twice."""
+
 
 @dataclass(frozen=True)
 class _Property:
@@ -121,42 +124,46 @@ def _header(data: bytes) -> tuple[str, list[_Element], bytes]:
     # Lines end as the first does: in a file of carriage returns, a line feed after the last is a number's byte.
     first = re.match(rb"ply[^\S\r\n]*(\r?\n|\r)", data)
     end = b"[^\\S\r]*\r" if first and first.group(1) == b"\r" else b"[^\\S\n]*\n"
-    header = re.match(rb"ply\s+((?:.*?[\r\n])??)end_header" + end, data, re.DOTALL)
+    header = re.match(rb"ply\s++((?:.*?[\r\n])??)end_header" + end, data, re.DOTALL)
     if header is None:
         raise ValueError("no PLY header")
     order: str | None = None
-    elements: list[_Element] = []
+    elements: dict[str, tuple[int, dict[str, _Property]]] = {}
+    properties: dict[str, _Property] = {}  # of the last element
     # Bytes end lines and words where ASCII does; as text, a comment in UTF-8 may hold what Python takes for line ends.
     for line in header.group(1).splitlines():
         words = [word.decode("utf-8", "replace") for word in line.split()]
         match words:
             case ["format", name, _] if name in _ORDERS:
                 order = _ORDERS[name]
-            case ["element", name, _] if name in {element.name for element in elements}:
+            case ["element", name, _] if name in elements:
                 raise ValueError(f"element {name!r} twice")
             case ["element", name, count] if count.isdigit():
-                elements.append(_Element(name, int(count), ()))
+                properties = {}
+                elements[name] = int(count), properties
             case ["property", "list", count_type, kind, name] if elements:
-                _extend(elements, _Property(name, _TYPES.get(kind, ""), _TYPES.get(count_type, "")))
+                _add(properties, _Property(name, _TYPES.get(kind, ""), _TYPES.get(count_type, "")))
             case ["property", kind, name] if elements:
-                _extend(elements, _Property(name, _TYPES.get(kind, "")))
+                _add(properties, _Property(name, _TYPES.get(kind, "")))
             case [] | ["comment", *_] | ["obj_info", *_]:
                 pass
             case _:
                 raise ValueError(f"header line {' '.join(words)!r}")
     if order is None:
         raise ValueError("a header without a format")
-    return order, elements, data[header.end() :]
+    listed = [_Element(name, count, tuple(added.values())) for name, (count, added) in elements.items()]
+    return order, listed, data[header.end() :]
 
 
-def _extend(elements: list[_Element], added: _Property) -> None:
+def _add(properties: dict[str, _Property], added: _Property) -> None:
     if not added.kind:
         raise ValueError(f"property {added.name!r} of an unknown type")
-    last = elements[-1]
-    name, taken = added.name, {p.name for p in last.properties}
-    while name in taken:
+    name = added.name
+    while name in properties:
         name += _AGAIN
-    elements[-1] = _Element(last.name, last.count, (*last.properties, replace(added, name=name)))
+    if name.count(_AGAIN) > _MOST_AGAIN:
+        raise ValueError(f"property {added.name!r} more than {_MOST_AGAIN} times")
+    properties[name] = replace(added, name=name)
 
 
 _Columns = dict[str, tuple[NDArray[Any], Ints]]

@@ -18,8 +18,10 @@ _NAME = re.compile(rb"\b(?:end)?solid\b[^\r\n]*?(?=\bfacet\s+normal\b|[\r\n]|\Z)
 _VERTEX = re.compile(rb"\bvertex\s+(\S+\s+\S+\s+\S+)", re.IGNORECASE)
 _END = rb"endsolid"
 
-_Part = tuple[Floats, bytes, str]
-"""Corners (n, 3), the bytes that are left, and what is to be told, or nothing."""
+_SOLID = re.compile(rb"\s*solid", re.IGNORECASE)
+
+_Parts = tuple[list[Floats], bytes, str]
+"""Corners (n, 3) of each file, the bytes that are left, and what is to be told, or nothing."""
 
 
 def read_stl(data: bytes) -> Content:
@@ -33,7 +35,7 @@ def read_stl(data: bytes) -> Content:
     rest = data
     while not parts or len(rest) >= _HEADER:
         corners, rest, note = _text(rest) if _is_text(rest) else _binary(rest)
-        parts.append(corners)
+        parts += corners
         notes += [note] if note else []
     if len(parts) > 1:
         notes.append(f"{len(parts)} STL files in one: all are read")
@@ -41,18 +43,23 @@ def read_stl(data: bytes) -> Content:
     return Content(vertices, np.arange(len(vertices)).reshape(-1, 3), tuple(notes))
 
 
-def _is_text(data: bytes) -> bool:
+def _is_text(data: bytes, start: int = 0) -> bool:
     # Headers of binary files may begin with "solid", too, but they or the count after them have zero bytes.
-    says_so = data.lstrip()[:5].lower() == b"solid" and b"\0" not in data[:_HEADER]
-    return says_so and len(data) != _length(data)
+    says_so = _SOLID.match(data, start) is not None and b"\0" not in data[start : start + _HEADER]
+    return says_so and len(data) != _end(data, start)
 
 
-def _length(data: bytes) -> int:
-    """Bytes of a binary file whose count is right."""
-    return _HEADER + _RECORD.itemsize * int.from_bytes(data[80:_HEADER], "little")
+def _count(data: bytes, start: int = 0) -> int:
+    """Faces that the header of a binary file counts."""
+    return int.from_bytes(data[start + 80 : start + _HEADER], "little")
 
 
-def _text(data: bytes) -> _Part:
+def _end(data: bytes, start: int = 0) -> int:
+    """Where a binary file ends whose count is right."""
+    return start + _HEADER + _RECORD.itemsize * _count(data, start)
+
+
+def _text(data: bytes) -> _Parts:
     rest = b""
     if (zero := data.find(b"\0")) >= 0:
         # A binary file behind a text one: its header may have letters before the first zero.
@@ -69,36 +76,45 @@ def _text(data: bytes) -> _Part:
     if len(found) % 3:
         raise ValueError(f"{len(found)} corners, not a multiple of 3")
     ended = _END in data[-_HEADER * 4 :].lower()
-    return corners.reshape(-1, 3), rest, "" if ended else "no endsolid at the end: the file may be cut off"
+    return [corners.reshape(-1, 3)], rest, "" if ended else "no endsolid at the end: the file may be cut off"
 
 
-def _binary(data: bytes) -> _Part:
+def _binary(data: bytes) -> _Parts:
     held, over = divmod(len(data) - _HEADER, _RECORD.itemsize)
     if held < 0:
         raise ValueError(f"neither a text STL nor a binary one of {len(data)} bytes")
-    count, end = int.from_bytes(data[80:_HEADER], "little"), _length(data)
-    behind = data[end:]
-    if 0 <= len(data) - end < _RECORD.itemsize or _is_stl(behind):
-        return _corners(data, count), behind, ""
+    whole, behind = _whole_files(data)
+    if whole:
+        return whole, behind, ""
+    count, end = _count(data), _end(data)
     if np.abs(_corners(data, held)).max(initial=0) <= _FARTHEST and held:
         if over == 0 and held > count:
-            return _corners(data, held), b"", f"the header counts {count} faces, the file holds {held}: all are read"
+            return [_corners(data, held)], b"", f"the header counts {count} faces, the file holds {held}: all are read"
         if over == 0:
-            return _corners(data, held), b"", f"{held} of {count} faces that the header counts are in the file"
+            return [_corners(data, held)], b"", f"{held} of {count} faces that the header counts are in the file"
         if held < count:
             raise ValueError(f"cut off, {held} of {count} faces are there")
     if not 0 < count <= held:
         raise ValueError(f"neither a text STL nor a binary one of {len(data)} bytes")
-    return _corners(data, count), b"", f"{len(behind)} bytes behind the last of {count} faces are passed over"
+    return [_corners(data, count)], b"", f"{len(data) - end} bytes behind the last of {count} faces are passed over"
 
 
-def _is_stl(data: bytes) -> bool:
-    """Whether these bytes are one STL file or more."""
-    while len(data) > _HEADER and not _is_text(data) and len(data) > _length(data) > _HEADER:
-        data = data[_length(data) :]
-    return len(data) > _HEADER and (_is_text(data) or len(data) == _length(data))
+def _whole_files(data: bytes) -> tuple[list[Floats], bytes]:
+    """Corners of binary files one behind the other, and what is left; none where something else is among them.
+
+    What may be left is less than a face, behind a single file, or a file of text.
+    """
+    starts, end = [0], _end(data)
+    while len(data) - end > _HEADER and not _is_text(data, end):
+        starts.append(end)
+        end = _end(data, end)
+        if end == starts[-1] + _HEADER:
+            return [], data
+    over = len(data) - end
+    fits = over == 0 or (over > _HEADER) or (len(starts) == 1 and 0 < over < _RECORD.itemsize)
+    return ([_corners(data, _count(data, start), start) for start in starts], data[end:]) if fits else ([], data)
 
 
-def _corners(data: bytes, count: int) -> Floats:
+def _corners(data: bytes, count: int, start: int = 0) -> Floats:
     """(3 count, 3); what isn't a number stays so, and is told by who uses the mesh."""
-    return np.frombuffer(data, _RECORD, count, _HEADER)["corners"].reshape(-1, 3).astype(np.float64)
+    return np.frombuffer(data, _RECORD, count, start + _HEADER)["corners"].reshape(-1, 3).astype(np.float64)

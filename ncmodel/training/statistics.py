@@ -1,6 +1,5 @@
 """Training of the ranker on plain numbers, and how much it counts beside its habit and the ranking module."""
 
-import json
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -23,6 +22,7 @@ from ncmodel.nets.losses import pair_accuracy
 from ncmodel.nets.presets import Preset
 from ncmodel.nets.ranking import RankingModule
 from ncmodel.nets.statistics_ranker import StatisticsRanker
+from ncmodel.parsing import parse_json
 from ncmodel.progress import Progress, silent
 from ncmodel.training.batches import load_pairs
 from ncmodel.training.dataset import ViewImages
@@ -84,7 +84,7 @@ def _layer_masks(folder: Path, levels: Levels) -> Mask:
     """(12, H, W) inked pixels of the layers, from the candidates that show one of them beside the contours."""
     path, expected = folder / "candidates.json", "the candidates of `ncontours dataset build` at its own levels"
     try:
-        records = json.loads(path.read_text(encoding="utf-8"))
+        records = parse_json(path.read_text(encoding="utf-8"))
         found = [tuple(record["layers"]) for record in records]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(path, f"can't be read ({type(error).__name__})", expected) from error
@@ -103,7 +103,7 @@ def _layer_masks(folder: Path, levels: Levels) -> Mask:
 
 def _medoids(path: Path) -> Ints:
     try:
-        medoids = np.array(json.loads(path.read_text(encoding="utf-8"))["medoids"], dtype=np.int64)
+        medoids = np.array(parse_json(path.read_text(encoding="utf-8"))["medoids"], dtype=np.int64)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(path, f"can't be read ({type(error).__name__})", "what `dataset build` wrote") from error
     if medoids.shape != (DRAWINGS,):

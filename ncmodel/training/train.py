@@ -29,6 +29,7 @@ from ncmodel.nets.presets import Preset
 from ncmodel.nets.ranking import RankingModule
 from ncmodel.nets.statistics_ranker import StatisticsRanker
 from ncmodel.nets.translation import TranslationBranch
+from ncmodel.parsing import parse_json
 from ncmodel.progress import Progress, silent
 from ncmodel.training.dataset import ViewImages, read_training_pairs
 from ncmodel.training.loop import STAGES, Plan, Progressed, fit
@@ -219,7 +220,7 @@ class _Run:
             raise InputError(self.out, found, f"preset {self.preset.name!r}, or a file that isn't there yet")
         if self.history_file.exists():
             try:
-                self.history = json.loads(self.history_file.read_text(encoding="utf-8"))
+                self.history = parse_json(self.history_file.read_text(encoding="utf-8"))
             except ValueError as error:
                 raise InputError(
                     self.history_file, f"not JSON ({error})", "what training wrote, or no such file"
