@@ -22,6 +22,7 @@ from ncmodel.nets.presets import Preset, StatisticsDims
 from ncmodel.nets.ranking import RankingModule
 from ncmodel.nets.statistics_ranker import StatisticsRanker
 from ncmodel.nets.translation import TranslationBranch
+from ncmodel.parsing import parse_json
 
 FORMAT_VERSION = 1
 MODEL_KIND = "neural-contours model"
@@ -151,7 +152,7 @@ def load_tensors(path: str | Path, kind: str, device: torch.device | str = "cpu"
     try:
         with safe_open(path, framework="pt", device=str(device)) as file:
             text = (file.metadata() or {}).get(_HEADER_KEY, "")
-            header = json.loads(text) if text else {}
+            header = parse_json(text) if text else {}
             tensors = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118 - not a mapping
     except (SafetensorError, OSError, ValueError) as error:
         raise InputError(path, f"not a safetensors file ({error})", f"a {kind}") from error

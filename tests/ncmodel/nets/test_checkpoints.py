@@ -90,3 +90,9 @@ def test_checkpoints_with_a_damaged_header(tmp_path: Path, change: dict[str, obj
     save_tensors(tmp_path / "wrong", MODEL_KIND, tensors, {**header, **change})
     with pytest.raises(InputError, match=complaint):
         load_checkpoint(tmp_path / "wrong")
+
+
+def test_a_header_nested_without_end_is_one_line(tmp_path: Path) -> None:
+    safetensors.torch.save_file({"w": torch.zeros(1)}, tmp_path / "m", {"neural-contours": "[" * 100_000})
+    with pytest.raises(InputError, match="nested too deeply"):
+        load_checkpoint(tmp_path / "m")
