@@ -18,7 +18,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from ncmodel.errors import InputError, UsageError
+from ncmodel.errors import ArgumentError, InputError
 from ncmodel.images import FULL_16
 from ncmodel.nets.checkpoints import Checkpoint, Tensors, build_network
 from ncmodel.nets.presets import PRESETS, Preset, RankingDims, TranslationDims
@@ -78,11 +78,11 @@ def import_weights(
 
     Raises:
         InputError: A file can't be read, or isn't that network.
-        UsageError: Neither is given.
+        ArgumentError: Neither is given.
     """
     given = {"ranker": ranker, "translator": translator}
     if ranker is None and translator is None:
-        raise UsageError("found neither --ranker nor --translator, expected one of them or both")
+        raise ArgumentError("ranker", "none, and no translator", "one of them or both")
     sources = {name: Path(path).name for name, path in given.items() if path is not None}
     networks: dict[str, Any] = {name: _network(name, path, preset) for name, path in given.items() if path is not None}
     return Checkpoint(preset, networks.get("ranker"), networks.get("translator"), training={"imported": sources})

@@ -7,7 +7,7 @@ import pytest
 import torch
 from torch import nn
 
-from ncmodel.errors import InputError, UsageError
+from ncmodel.errors import ArgumentError, InputError
 from ncmodel.nets.checkpoints import build_network
 from ncmodel.published.weights import PRESET, import_weights, ranker_names, translator_names
 from tests.helpers import published_reference as reference
@@ -39,7 +39,7 @@ def test_one_file_alone_is_enough(files: tuple[Path, Path]) -> None:
     checkpoint = import_weights(translator=files[1], preset=NARROW)
     assert set(checkpoint.networks) == {"translator"}
     assert checkpoint.training == {"imported": {"translator": "image_translation_branch.pth"}}
-    with pytest.raises(UsageError, match="neither --ranker nor --translator"):
+    with pytest.raises(ArgumentError, match="ranker: found none, and no translator"):
         import_weights()
 
 
@@ -98,7 +98,7 @@ def test_the_command_tells_what_is_wrong(
     files: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "official.safetensors"
-    assert "neither --ranker nor --translator" in complaint(capsys, "import-weights", "-o", out)
+    assert "--ranker: found none, and no translator" in complaint(capsys, "import-weights", "-o", out)
     said = complaint(capsys, "import-weights", "--ranker", files[0], "-o", out)  # narrower than the published network
     assert "tensor 'conv1.weight' is (4, 3, 7, 7); expected (64, 3, 7, 7)" in said
     assert not out.exists()
