@@ -10,7 +10,7 @@ from ncmodel.cli.common import emit
 
 def demo(
     out_dir: Annotated[Path, typer.Argument(help="Folder for everything that the demo makes.")],
-    quick: Annotated[bool, typer.Option("--quick", help="Fewer shapes, smaller pictures: six minutes on two cores.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Fewer shapes, smaller pictures: six minutes.")] = False,
     seed: Annotated[int, typer.Option(help="Of everything random.")] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as one JSON object.")] = False,
 ) -> None:
