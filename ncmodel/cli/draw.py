@@ -96,9 +96,9 @@ def draw(
     style: dict[str, Any] = {"background": background} | ({} if width is None else {"width": width})
     chooser = None if model is None else _model(model, mode, device)
     if maps is not None:
-        others = {"--camera": camera, "--azimuth": azimuth, "--elevation": elevation, "--size": size}
         from ncmodel.cli.maps import MapsJob, alone
 
+        others = {"--camera": camera, "--azimuth": azimuth, "--elevation": elevation, "--size": size}
         alone(maps, **{"a mesh": meshes}, **others, **{"--format": suffix, "--sort": sort})
         options = {"model": chooser, "lines": lines, "thresholds": thresholds, "variant": variant, "preset": preset}
         MapsJob(maps, output, style, options).run(as_json)

@@ -134,6 +134,8 @@ class Model:
             plan = self._with_setting(plan, seen, maps, budget, families)
         elif variant != "image":
             plan = self._with_geometry(plan, seen, maps, budget, [f for f in families if f in FILTERED_FAMILIES])
+        if variant != "image":
+            plan = replace(plan, finished=True, crumb=MODEL_CRUMB, rims=True)
         scale = view.camera.width / seen.camera.width
         return replace(plan, strokes=tuple(replace(s, points=s.points * scale) for s in plan.strokes))
 
@@ -184,9 +186,6 @@ class Model:
             strokes=plan.strokes,
             score=choice.score,
             evaluations=choice.evaluations,
-            finished=True,
-            crumb=MODEL_CRUMB,
-            rims=True,
         )
 
     def _with_geometry(
@@ -217,9 +216,6 @@ class Model:
             score=optimum.score,
             evaluations=optimum.evaluations,
             converged=optimum.converged,
-            finished=True,
-            crumb=MODEL_CRUMB,
-            rims=True,
         )
 
 
