@@ -156,6 +156,7 @@ BAD = {
     "compare: wrong pairs": ("compare folder pairs.jsonl --model gone.safetensors -o report", "pairs.jsonl|folder"),
     "evaluate: missing folder": ("evaluate --drawings absent --references folder -o report", "absent"),
     "evaluate: empty folder": ("evaluate --drawings folder --references folder -o report", "folder"),
+    "fit-camera: missing drawing": ("fit-camera triangle.obj absent.png -o camera.json", "absent.png"),
     "bench: missing mesh": ("bench absent.obj -o report", "absent.obj"),
     "demo: somebody else's folder": ("demo .", "."),
 }
