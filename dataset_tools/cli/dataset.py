@@ -55,6 +55,20 @@ def build(
 
 
 @group.command()
+def views(
+    data_dir: Annotated[Path, typer.Argument(help="Data folder with the shapes.")],
+    cameras: Annotated[Path, typer.Argument(help="Folder of camera files, SHAPE_VIEW.json each.")],
+    as_json: Json = False,
+) -> None:
+    """Add views through given cameras to a data folder: where people drew from."""
+    from dataset_tools.build.given_views import add_views, count_cameras
+
+    with progress("views", count_cameras(cameras)) as advance:
+        added = add_views(data_dir, cameras, advance)
+    emit({"views": [item.name for item in added]}, as_json, f"{len(added)} views in {data_dir}")
+
+
+@group.command()
 def shapes(
     mesh_dir: Annotated[Path, typer.Argument(help="Folder to write the meshes to, or to go on with.")],
     count: Annotated[int, typer.Option(help="How many.", min=1)] = 500,
