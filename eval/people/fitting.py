@@ -73,18 +73,21 @@ class FittedDrawing:
         }
 
 
-def fit_drawing(mesh: Mesh, drawing: Path, focal_pixels: float | None = None) -> FittedDrawing:
+def fit_drawing(
+    mesh: Mesh, drawing: Path, focal_pixels: float | None = None, ink: Image | None = None
+) -> FittedDrawing:
     """Find the camera of a drawing.
 
     Args:
         mesh: What it shows, in object space.
         drawing: A picture: lines on paper.
         focal_pixels: The focal length if it is known.
+        ink: (H, W) what is in the file, if it has been read and is no picture: strokes.
 
     Raises:
         InputError: The picture can't be read or isn't lines on paper, its outline isn't closed, or no pose fits it.
     """
-    ink = read_lines(drawing)
+    ink = read_lines(drawing) if ink is None else ink
     try:
         outline = drawn_outline(ink)
     except OpenOutlineError as error:

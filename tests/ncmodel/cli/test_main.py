@@ -158,6 +158,8 @@ BAD = {
     "evaluate: missing folder": ("evaluate --drawings absent --references folder -o report", "absent"),
     "evaluate: empty folder": ("evaluate --drawings folder --references folder -o report", "folder"),
     "fit-camera: missing drawing": ("fit-camera triangle.obj absent.png -o camera.json", "absent.png"),
+    "references: missing folder": ("references absent named -o people --names {shape}_{artist}", "absent"),
+    "register: missing scan": ("register absent.jpg -o out.png --size 64", "absent.jpg"),
     "bench: missing mesh": ("bench absent.obj -o report", "absent.obj"),
     "demo: somebody else's folder": ("demo .", "."),
 }
