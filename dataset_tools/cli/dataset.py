@@ -69,6 +69,28 @@ def views(
 
 
 @group.command()
+def disjoint(
+    mesh_dir: Annotated[Path, typer.Argument(help="Folder with meshes to test on, not yet in the data folder.")],
+    data_dir: Annotated[Path, typer.Argument(help="Data folder that is trained on.")],
+    as_json: Json = False,
+) -> None:
+    """Check that no mesh is a shape of a data folder again; exit 1 if one is."""
+    from dataclasses import asdict
+
+    from dataset_tools.build.mesh_files import find_sources
+    from dataset_tools.collection.disjoint import shapes_known
+
+    sources = find_sources(mesh_dir, None)
+    with progress("meshes", len(sources)) as advance:
+        found = shapes_known(sources, data_dir, advance)
+    record = {"meshes": len(sources), "duplicates": [asdict(one) for one in found]}
+    emit(record, as_json, f"{len(sources)} meshes, {len({one.shape for one in found})} of them in {data_dir}")
+    if found:
+        told = "; ".join(f"{one.shape} is {one.of} again ({one.distance:g} radii apart)" for one in found)
+        raise BatchError(f"{mesh_dir}: {told}")
+
+
+@group.command()
 def shapes(
     mesh_dir: Annotated[Path, typer.Argument(help="Folder to write the meshes to, or to go on with.")],
     count: Annotated[int, typer.Option(help="How many.", min=1)] = 500,

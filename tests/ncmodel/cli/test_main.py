@@ -121,6 +121,7 @@ BAD = {
     "features: not a mesh": ("features no_mesh.obj --camera wrong_keys.json -o f.npz", "no_mesh.obj|wrong_keys.json"),
     "dataset shapes: unknown family": ("dataset shapes shapes --families dragon", "dragon"),
     "dataset build: missing folder": ("dataset build absent data", "absent"),
+    "dataset disjoint: missing folder": ("dataset disjoint absent folder", "absent"),
     "dataset views: no cameras": ("dataset views folder folder", "folder"),
     "dataset clean: not a mesh": ("dataset clean no_mesh.obj -o out.ply", "no_mesh.obj"),
     "dataset status: not a data folder": ("dataset status folder", "folder"),
