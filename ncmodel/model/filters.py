@@ -79,10 +79,6 @@ class Fading:
         wanted, last = share * self._total[-1], self._above(share)
         return float(max((self._total[last] - wanted) / self._steepness[last], 0.0))
 
-    def slope(self, share: float) -> float:
-        """dt/dshare there, where it is steeper: with a little more ink."""
-        return float(-self._total[-1] / self._steepness[self._above(share)])
-
     def _above(self, share: float) -> int:
         """The last pixel, in order of falling feature, that isn't gone where `share` of the ink is left."""
         return max(int(np.searchsorted(self._left, share * self._total[-1], side="right")) - 1, 0)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Literal
+from typing import Literal, Protocol
 
 import torch
 
@@ -22,13 +22,14 @@ from ncmodel.model.ridge_detection import find_ridges, polylines
 from ncmodel.model.score import DrawingScore
 from ncmodel.model.setting_choice import choose_setting
 from ncmodel.model.surrogate_search import optimise_with_surrogate
-from ncmodel.model.threshold_search import Budget, budget_named, optimise
+from ncmodel.model.threshold_search import Budget, Optimum, ScoredDrawing, budget_named, optimise
 from ncmodel.nets.blocks import WIDE, threads_for
 from ncmodel.nets.checkpoints import Checkpoint, load_checkpoint
 from ncmodel.nets.devices import device_named, numbers, prepared
 from ncmodel.nets.presets import BACKGROUND
 from ncmodel.nets.ranking import RankingModule
 from ncmodel.nets.shipped import checkpoint_path
+from ncmodel.scene.hard_edges import has_hard_edges
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed
 from ncmodel.types import FILTERED_FAMILIES, Image, LineFamily, Stroke, Thresholds
@@ -43,9 +44,11 @@ LONGEST_SIDE = 4 * SEEN_SIDE
 """Longer side that such a picture has at most."""
 
 
-SHARP = (LineFamily.CREASES, LineFamily.INTERSECTIONS)
-"""Drawn of machine parts whatever setting is chosen: what a view's settings differ in on a surface with creases is what
-they show of its curved sides."""
+class Scored(Protocol):
+    """Makes the score of a view's drawings."""
+
+    def __call__(self, ranker: RankingModule, /, *, rough: bool = False) -> ScoredDrawing:
+        """What a ranking module says of them, in the numbers in which its device is fastest if `rough`."""
 
 
 class Model:
@@ -99,6 +102,18 @@ class Model:
             raise ArgumentError("variant", repr(variant), f"one of {', '.join(self.variants)}, which this model offers")
         return variant
 
+    def known_budget(self, budget: Budget | str) -> Budget:
+        """The search budget that is meant: large ranking modules have others by the same names.
+
+        Raises:
+            UsageError: There is none of that name, or it needs a model that counts ink.
+        """
+        if not isinstance(budget, str):
+            return budget
+        if budget == "instant" and self.checkpoint.statistics is None:
+            raise ArgumentError("preset", "'instant'", "draft, balanced or accurate: this model doesn't count ink")
+        return budget_named(budget, self.checkpoint.preset.ranking.width >= WIDE)
+
     def choose(
         self,
         view: View,
@@ -119,13 +134,9 @@ class Model:
             The plan, its thresholds in units of the 90th percentiles, or of rtsc's where settings are chosen among.
 
         Raises:
-            UsageError: The model lacks a network that the variant needs, or there is no such budget.
+            UsageError: The model lacks a network that the variant needs, or as `known_budget` does.
         """
-        if budget == "instant" and self.checkpoint.statistics is None:
-            raise ArgumentError("preset", "'instant'", "draft, balanced or accurate: this model doesn't count ink")
-        variant, preset = self.known_variant(variant), self.checkpoint.preset
-        large = preset.ranking.width >= WIDE
-        budget = budget_named(budget, large) if isinstance(budget, str) else budget
+        budget, variant, preset = self.known_budget(budget), self.known_variant(variant), self.checkpoint.preset
         seen = as_seen(view)
         maps = network_maps(seen, preset.inputs, preset.percentile)
         strokes = () if variant == "geometry" else self._image_lines(maps, seen, rough=budget.looks > 0)
@@ -158,6 +169,25 @@ class Model:
             found: Image = translator(placed)[0, 0].float().cpu().numpy()
         return found
 
+    def search(self, scored: Scored, budget: Budget) -> Optimum:
+        """The thresholds of the drawing that the ranking module likes best.
+
+        Args:
+            scored: Makes the score of a view's drawings of a ranking module; with `rough`, in quick numbers.
+            budget: How thoroughly to search.
+
+        Raises:
+            UsageError: No score is a number.
+        """
+        ranker = self.checkpoint.ranker
+        assert ranker is not None
+        with threads_for(ranker.dims.width):
+            exact = scored(ranker)
+            if not budget.looks:
+                return optimise(exact, budget)
+            quick = self._rough_ranker
+            return optimise_with_surrogate(exact, exact if quick is ranker else scored(quick, rough=True), budget.looks)
+
     def _image_lines(self, maps: Image, seen: View, rough: bool) -> tuple[Stroke, ...]:
         """The image branch's lines, in the pixels of the maps."""
         with timed(seen.trace, "image_branch"):
@@ -179,10 +209,14 @@ class Model:
                 seen, maps, counting, self.checkpoint.ranker, budget.shortlist, allowed, image, budget.mirrored
             )
         chosen = choice.setting.plan()
-        edges = [family for family in SHARP if family in families and family not in chosen.families]
+        # What the settings of a surface of hard edges differ in is what they show of its curved sides: people draw all
+        # such edges, and none of what is sharp on a sculpted one.
+        hard = has_hard_edges(seen.surface, seen.crease_angle)
+        edges = [LineFamily.CREASES] * hard + [LineFamily.INTERSECTIONS]
+        smooth = [family for family in chosen.families if family is not LineFamily.CREASES]
         return replace(
             chosen,
-            families=(*chosen.families, *edges),
+            families=(*smooth, *(family for family in edges if family in families)),
             strokes=plan.strokes,
             score=choice.score,
             evaluations=choice.evaluations,
@@ -192,21 +226,15 @@ class Model:
         self, plan: Plan, seen: View, maps: Image, budget: Budget, families: Sequence[LineFamily]
     ) -> Plan:
         """The plan with thresholds and families decided by the ranking module."""
-        ranker = self.checkpoint.ranker
-        assert ranker is not None
         lines = line_maps(seen, families, self.checkpoint.preset.percentile)
         image = strokes_ink(plan.strokes, seen.camera) if plan.strokes else None
-        with timed(seen.trace, "threshold_search"), threads_for(ranker.dims.width):
+        with timed(seen.trace, "threshold_search"):
             scored = partial(DrawingScore, maps=maps, lines=lines, image=image, mirrored=budget.mirrored)
-            score = scored(ranker)
-            if budget.looks:
-                optimum = optimise_with_surrogate(score, scored(self._rough_ranker, rough=True), budget.looks)
-            else:
-                optimum = optimise(score, budget)
+            optimum = self.search(scored, budget)
         chosen: dict[LineFamily, float] = {}
         for index, family in enumerate(FILTERED_FAMILIES):
             # From the largest feature on, a threshold leaves no line: the family is off.
-            if optimum.present[index] and optimum.thresholds[index] < score.fading[index].threshold(0.0):
+            if optimum.present[index] and optimum.thresholds[index] < float(lines.features[index].max()):
                 chosen[family] = optimum.thresholds[index]
         p90 = {family: float(lines.p90[index]) for index, family in enumerate(FILTERED_FAMILIES)}
         return Plan(

@@ -8,12 +8,14 @@ Letters in shapes: B drawings, P pixels that carry filtered lines, S side of the
 """
 
 from collections.abc import Iterable, Sequence
+from functools import cached_property
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from ncmodel.model.filters import Fading, line_drawing
+from ncmodel.model.glance import Glance
 from ncmodel.model.letterbox import Square
 from ncmodel.model.maps import LineMaps
 from ncmodel.nets.devices import device_of, numbers
@@ -51,7 +53,7 @@ class DrawingScore:
         small = self._there(square.fit(maps, BACKGROUND))[None]
         with torch.no_grad(), numbers(self._device, rough):
             self._embedded = [ranker.embed(seen) for seen in (small, small.flip(-1))[: 1 + mirrored]]
-        pixels = np.flatnonzero(lines.lines.any(axis=0))
+        self._pixels = pixels = np.flatnonzero(lines.lines.any(axis=0))
         source, cell, weight = square.spread(pixels)
         self._source, self._cell, self._weight = self._there(source), self._there(cell), self._there(weight).float()
         ink, feature = (part.reshape(4, -1)[:, pixels] for part in (lines.lines, lines.features))
@@ -94,6 +96,24 @@ class DrawingScore:
             score = self._score(self.drawings(t, boundaries))[0]
         (gradient,) = torch.autograd.grad(score, t)
         return score.item(), gradient[0].double().cpu().numpy()
+
+    def glance(self, thresholds: Floats) -> Floats:
+        """(B, C) what the drawings of (B, 4) thresholds look like from afar, without boundaries and image branch."""
+        ink, feature, contours = self._seen
+        drawn = line_drawing(ink, feature, contours, torch.from_numpy(thresholds).float())
+        return self._glance(drawn.numpy())
+
+    @cached_property
+    def _glance(self) -> Glance:
+        ink = self._lines.lines.reshape(4, -1)[:, self._pixels].max(axis=0)
+        return Glance(self._pixels, ink, self._lines.contours.shape)
+
+    @cached_property
+    def _seen(self) -> tuple[Tensor, Tensor, Tensor]:
+        """Ink, features and contours of the pixels that are looked at from afar."""
+        pixels = self._pixels[self._glance.pixels]
+        ink, feature = (part.reshape(4, -1)[:, pixels] for part in (self._lines.lines, self._lines.features))
+        return torch.from_numpy(ink), torch.from_numpy(feature), torch.from_numpy(self._lines.contours.ravel()[pixels])
 
     def _score(self, drawings: Tensor) -> Tensor:
         """(B, 1, S, S) drawings -> (B,) scores."""

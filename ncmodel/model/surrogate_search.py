@@ -3,8 +3,11 @@
 The ranking module of the paper takes a second for a score with its gradient. So every one of them counts: a Gaussian
 process is fitted to all scores and gradients so far (Solak et al. 2003), five numbers a look, and says where to look
 next. At first that is where it expects the largest improvement (Jones et al. 1998), which also leads to where little is
-known; at last, where it expects the highest score. The process knows the score as a function of how much ink of each
-family is left, in which all families count in the same units and none has a plateau where it has faded away.
+known; at last, where it expects the highest score.
+
+Drawings that look alike from afar score alike: the process knows a drawing by how much ink lies where
+(`ncmodel/model/glance.py`), in which all families count as much as they show. Known by its thresholds alone, a drawing
+took twice as many looks. Places are shares of each family's ink, so that none has a plateau where it has faded away.
 
 References:
     Jones, Schonlau, Welch: Efficient Global Optimization of Expensive Black-Box Functions. Journal of Global
@@ -12,17 +15,20 @@ References:
     Solak, Murray-Smith, Leithead, Leith, Rasmussen: Derivative Observations in Gaussian Process Models of Dynamic
     Systems. NIPS 2003.
 
-Letters in shapes: N looks, D families that have lines, M places.
+Letters in shapes: N looks, D families that have lines, M places, C numbers that a drawing is known by.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+import torch
 from scipy.special import ndtr
+from torch import Tensor
 
 from ncmodel.errors import UsageError
 from ncmodel.model.threshold_search import Optimum, ScoredDrawing, Trial
+from ncmodel.nets.blocks import threads_for
 from ncmodel.types import Floats
 
 STARTS = (0.6, 0.2)
@@ -31,10 +37,10 @@ STARTS = (0.6, 0.2)
 EXPLORING = 0.7
 """Share of the looks that go where improvement is expected; the others go to the top that is known by then."""
 
-LENGTHS = (0.25, 0.35, 0.5, 0.7, 1.0, 1.4)
-"""Shares of ink over which scores may vary; the likeliest is taken."""
+LENGTHS = (0.05, 0.07, 0.1, 0.14, 0.2, 0.28, 0.4, 0.56, 0.8)
+"""Distances between drawings over which scores may vary; the likeliest is taken."""
 
-ROUGHNESS = 1e-4, 1e-2
+ROUGHNESS = 1e-5, 1e-2
 """Of scores and of gradients times length, the variance that isn't the process's: networks of ReLUs have kinks."""
 
 NEAREST = 0.005
@@ -43,63 +49,91 @@ NEAREST = 0.005
 STEPS = (0.1, 0.05, 0.025, 0.012, 0.006)
 """How far around the most promising places others are tried."""
 
+SHARES = np.linspace(0.0, 1.0, 65)
+"""Of ink, those whose thresholds are worked out; between them, thresholds are linear."""
+
+CHANGE = 0.01
+"""Share of ink to either side over which the change of a drawing is taken."""
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What is known of one drawing.
+
+    Attributes:
+        place: (D,) shares of ink.
+        drawing: (C,) what it looks like.
+        change: (D, C) of that, with each share.
+        score: Of the drawing.
+        slope: (D,) change of the score with each share.
+    """
+
+    place: Floats
+    drawing: Floats
+    change: Floats
+    score: float
+    slope: Floats
+
 
 class Surrogate:
     """A Gaussian process with the squared-exponential covariance, fitted to scores and gradients.
 
     Args:
-        places: (N, D).
-        scores: (N,) of about unit size.
-        slopes: (N, D) their gradients.
+        looks: At least one.
 
     Attributes:
+        unit: What scores are divided by: of about their range.
         length: The likeliest of `LENGTHS`.
     """
 
-    def __init__(self, places: Floats, scores: Floats, slopes: Floats) -> None:
-        count, dims = places.shape
-        known = np.column_stack([scores, slopes]).ravel()
-        one = np.eye(1, dims + 1).repeat(count, axis=0).ravel()
-        self.places, likeliest = places, -np.inf
+    def __init__(self, looks: list[Look]) -> None:
+        scores, slopes = np.array([look.score for look in looks]), np.array([look.slope for look in looks])
+        self.unit = max(float(np.ptp(scores)), 1e-3 * float(np.abs(slopes).max()), 1e-12)
+        self._drawings = torch.from_numpy(np.array([look.drawing for look in looks]))
+        self._changes = torch.from_numpy(np.array([look.change for look in looks]))
+        known = torch.from_numpy(np.column_stack([scores, slopes]).reshape(-1, 1) / self.unit)
+        one = torch.zeros(slopes.shape[0], 1 + slopes.shape[1], dtype=torch.double)
+        one[:, 0] = 1.0
+        one, noise, likeliest = one.reshape(-1, 1), torch.full_like(one, ROUGHNESS[0]), -np.inf
         for length in LENGTHS:
-            noise = np.full((count, dims + 1), ROUGHNESS[1] / length**2)
-            noise[:, 0] = ROUGHNESS[0]
-            factor = cho_factor(_covariance(places, places, length) + np.diag(noise.ravel()), lower=True)
-            mean = float(one @ cho_solve(factor, known) / (one @ cho_solve(factor, one)))
-            weights = cho_solve(factor, known - mean * one)
-            variance = max(float((known - mean * one) @ weights) / len(known), 1e-300)
-            likelihood = -0.5 * len(known) * np.log(variance) - np.log(np.diag(factor[0])).sum()
+            noise[:, 1:] = ROUGHNESS[1] * self._changes.square().sum(dim=2) / length**2 + 1e-9
+            factor = torch.linalg.cholesky(self._covariance(length) + torch.diag(noise.ravel()))
+            solved = torch.cholesky_solve(torch.cat([one, known], dim=1), factor)
+            mean = float((one.T @ solved[:, 1:]) / (one.T @ solved[:, :1]))
+            weights = solved[:, 1:] - mean * solved[:, :1]
+            variance = max(float((known - mean * one).T @ weights) / len(known), 1e-300)
+            likelihood = -0.5 * len(known) * np.log(variance) - float(factor.diagonal().log().sum())
             if likelihood > likeliest:
                 likeliest, self.length = likelihood, length
                 self._factor, self._mean, self._weights, self._variance = factor, mean, weights, variance
 
-    def __call__(self, places: Floats) -> tuple[Floats, Floats]:
-        """(M,) expected scores at (M, D) places, and (M,) their standard deviations."""
-        near, sloped = _falloff(places, self.places, self.length)
-        values = np.concatenate([near[..., None], sloped], axis=2).reshape(len(places), -1)
-        left = 1.0 - (values * cho_solve(self._factor, values.T).T).sum(axis=1)
-        return self._mean + values @ self._weights, np.sqrt(np.maximum(left, 1e-12) * self._variance)
+    def __call__(self, drawings: Floats) -> tuple[Floats, Floats]:
+        """(M,) expected scores of (M, C) drawings, in units, and (M,) their standard deviations."""
+        near, sloped = self._falloff(torch.from_numpy(drawings), self.length)
+        values = torch.cat([near[..., None], sloped], dim=2).reshape(len(drawings), -1)
+        known = torch.linalg.solve_triangular(self._factor, values.T, upper=False).square().sum(dim=0)
+        mean = self._mean + values @ self._weights[:, 0]
+        return mean.numpy(), ((1.0 - known).clamp(min=1e-12) * self._variance).sqrt().numpy()
 
+    def _falloff(self, drawings: Tensor, length: float) -> tuple[Tensor, Tensor]:
+        """(M, N) covariances of the scores of (M, C) drawings with those looked at, (M, N, D) with the slopes there."""
+        near = torch.exp(-0.5 * torch.cdist(drawings, self._drawings).square() / length**2)
+        along = drawings @ self._changes.flatten(0, 1).T - (self._drawings[:, None] * self._changes).sum(dim=2).ravel()
+        return near, along.reshape(*near.shape, -1) / length**2 * near[..., None]
 
-def _falloff(a: Floats, b: Floats, length: float) -> tuple[Floats, Floats]:
-    """(N, M) covariances of the values at (N, D) places with those at (M, D), and (N, M, D) with the slopes there."""
-    apart = (a[:, None] - b[None]) / length
-    near = np.exp(-0.5 * np.square(apart).sum(axis=2))
-    return near, apart * near[..., None] / length
-
-
-def _covariance(a: Floats, b: Floats, length: float) -> Floats:
-    """Covariances of the values and slopes at (N, D) places with those at (M, D): (N (1 + D), M (1 + D))."""
-    dims = a.shape[1]
-    near, sloped = _falloff(a, b, length)
-    apart = (a[:, None] - b[None]) / length
-    out = np.empty((len(a), 1 + dims, len(b), 1 + dims))
-    out[:, 0, :, 0] = near
-    out[:, 0, :, 1:] = sloped
-    out[:, 1:, :, 0] = -np.moveaxis(sloped, 2, 1)
-    curved = (np.eye(dims) - apart[..., :, None] * apart[..., None, :]) * near[..., None, None] / length**2
-    out[:, 1:, :, 1:] = np.moveaxis(curved, 2, 1)
-    return out.reshape(len(a) * (1 + dims), len(b) * (1 + dims))
+    def _covariance(self, length: float) -> Tensor:
+        """Covariances of all known values and slopes with each other: (N (1 + D), N (1 + D))."""
+        count, dims, _ = self._changes.shape
+        near, sloped = self._falloff(self._drawings, length)
+        changes, along = self._changes.flatten(0, 1), sloped / near.clamp(min=1e-300)[..., None]
+        curved = (changes @ changes.T / length**2).reshape(count, dims, count, dims).permute(0, 2, 1, 3)
+        between = (curved + along.transpose(0, 1)[..., :, None] * along[..., None, :]) * near[..., None, None]
+        out = near.new_empty(count, 1 + dims, count, 1 + dims)
+        out[:, 0, :, 0] = near
+        out[:, 0, :, 1:] = sloped
+        out[:, 1:, :, 0] = sloped.permute(1, 2, 0)
+        out[:, 1:, :, 1:] = between.permute(0, 2, 1, 3)
+        return out.reshape(count * (1 + dims), -1)
 
 
 def optimise_with_surrogate(exact: ScoredDrawing, rough: ScoredDrawing, looks: int) -> Optimum:
@@ -127,107 +161,116 @@ class _Search:
 
     Attributes:
         tried: Every place, (D,) shares of ink.
-        places, scores, slopes: Of those whose score is a number.
+        looks: Those whose score is a number.
     """
 
     def __init__(self, exact: ScoredDrawing, rough: ScoredDrawing, families: list[int]) -> None:
         self.exact, self.rough, self.families = exact, rough, families
         self.boundaries, self.evaluations = exact.has_boundaries, 0
         self.tried: list[Floats] = []
-        self.places: list[Floats] = []
-        self.scores: list[float] = []
-        self.slopes: list[Floats] = []
+        self.looks: list[Look] = []
+        fading = [exact.fading[family] for family in families]
+        self._faded = [np.array([part.threshold(share) for share in SHARES.tolist()]) for part in fading]
 
     def choose_boundaries(self) -> None:
         """Draw boundaries if the drawing at the first place is better with them."""
-        t = self._thresholds(np.full(len(self.families), STARTS[0]))[None]
+        t = self._thresholds(np.full((1, len(self.families)), STARTS[0]))
         with_them, without = (self.rough.scores(t, boundaries)[0] for boundaries in (True, False))
         self.boundaries = not without > with_them
         self.evaluations += 2
 
     def look(self, exploring: bool) -> None:
         """Score the most promising place, with its gradient."""
-        place = self._promising(exploring)
-        score, slope = self.rough.slope(self._thresholds(place), self.boundaries)
+        with threads_for(1):
+            place = self._promising(exploring)
+        score, gradient = self.rough.slope(self._thresholds(place[None])[0], self.boundaries)
         self.evaluations += 1
         self.tried.append(place)
-        if np.isfinite(score) and np.isfinite(slope).all():
-            fading = [self.exact.fading[family] for family in self.families]
-            self.places.append(place)
-            self.scores.append(score)
-            own = [part.slope(share) for part, share in zip(fading, place.tolist(), strict=True)]
-            self.slopes.append(slope[self.families] * own)
+        if np.isfinite(score) and np.isfinite(gradient).all():
+            ways = np.eye(len(place))
+            sides = np.clip(np.concatenate([place - CHANGE * ways, place + CHANGE * ways]), 0.0, 1.0)
+            apart = np.diagonal(sides[len(place) :] - sides[: len(place)])
+            less, more = np.split(self._drawings(sides), 2)
+            faded = self._thresholds(sides)[:, self.families]
+            fading = np.diagonal(faded[len(place) :] - faded[: len(place)]) / apart
+            drawing, change = self._drawings(place[None])[0], (more - less) / apart[:, None]
+            self.looks.append(Look(place, drawing, change, score, gradient[self.families] * fading))
 
     def result(self) -> Optimum:
         """The best place by its exact score, with boundaries or without."""
-        best = self.places[int(np.argmax(self.scores))] if self.scores else np.full(len(self.families), STARTS[0])
-        t = self._thresholds(best)
+        best = self._best.place if self.looks else np.full(len(self.families), STARTS[0])
+        t = self._thresholds(best[None])
         choices = [self.boundaries, *([not self.boundaries] if self.exact.has_boundaries else [])]
-        found = [float(self.exact.scores(t[None], boundaries)[0]) for boundaries in choices]
+        found = [float(self.exact.scores(t, boundaries)[0]) for boundaries in choices]
         self.evaluations += len(found)
         if not np.isfinite(found[0]):
             raise UsageError("the ranking module gives no score that is a number: its weights don't fit these drawings")
         better = len(found) > 1 and found[1] > found[0]
         converged = not self.families or self._expected_gain() < 1e-3
+        thresholds, scores = tuple(t[0].tolist()), [look.score for look in self.looks]
         trials = []
         if self.tried:
-            start = tuple(self._thresholds(self.tried[0]).tolist())
-            trials.append(Trial(start, tuple(t.tolist()), found[0], len(self.tried), converged))
+            start = tuple(self._thresholds(self.tried[0][None])[0].tolist())
+            trials.append(Trial(start, thresholds, found[0], len(self.tried), converged))
         return Optimum(
-            thresholds=tuple(t.tolist()),
+            thresholds=thresholds,
             present=tuple(fading.present for fading in self.exact.fading),
             boundaries=choices[better],
             score=found[better],
             evaluations=self.evaluations,
             converged=converged,
-            flat=len(self.scores) > 1 and min(self.scores) == max(self.scores),
+            flat=len(scores) > 1 and min(scores) == max(scores),
             trials=tuple(trials),
         )
 
-    def _thresholds(self, place: Floats) -> Floats:
-        """(4,) t at (D,) shares of ink; 0 for families without lines."""
-        t = np.zeros(4)
-        for family, share in zip(self.families, place.tolist(), strict=True):
-            t[family] = self.exact.fading[family].threshold(share)
+    @property
+    def _best(self) -> Look:
+        return max(self.looks, key=lambda look: look.score)
+
+    def _thresholds(self, places: Floats) -> Floats:
+        """(M, 4) t at (M, D) shares of ink; 0 for families without lines."""
+        t = np.zeros((len(places), 4))
+        for family, shares, faded in zip(self.families, places.T, self._faded, strict=True):
+            t[:, family] = np.interp(shares, SHARES, faded)
         return t
 
-    def _fitted(self) -> tuple[Surrogate, Floats]:
-        """The surrogate, and (N,) the scores in the units that it knows them in."""
-        scores, slopes = np.array(self.scores), np.array(self.slopes)
-        unit = max(float(np.ptp(scores)), 1e-3 * float(np.abs(slopes).max()), 1e-12)
-        return Surrogate(np.array(self.places), scores / unit, slopes / unit), scores / unit
+    def _drawings(self, places: Floats) -> Floats:
+        """(M, C) what the drawings at (M, D) places look like."""
+        return self.exact.glance(self._thresholds(places))
 
     def _expected_gain(self) -> float:
         """How much higher than the highest score the surrogate's top is, as a share of the scores' range."""
-        if len(self.scores) < len(STARTS):
+        if len(self.looks) < len(STARTS):
             return np.inf
-        surrogate, scores = self._fitted()
-        tops = self._tops(lambda places: surrogate(places)[0], scores)
-        return float(surrogate(tops)[0].max() - scores.max())
+        with threads_for(1):
+            surrogate = Surrogate(self.looks)
+            tops = self._tops(lambda places: surrogate(self._drawings(places))[0])
+            return float(surrogate(self._drawings(tops))[0].max() - self._best.score / surrogate.unit)
 
     def _promising(self, exploring: bool) -> Floats:
         """(D,) where to look next."""
-        if len(self.tried) < len(STARTS) or not self.scores:
+        if len(self.tried) < len(STARTS) or not self.looks:
             return np.full(len(self.families), STARTS[len(self.tried) % len(STARTS)])
-        surrogate, scores = self._fitted()
+        surrogate, tried = Surrogate(self.looks), np.array(self.tried)
+        best = self._best.score / surrogate.unit
 
         def promise(places: Floats) -> Floats:
-            mean, deviation = surrogate(places)
-            ahead = (mean - scores.max()) / deviation
+            mean, deviation = surrogate(self._drawings(places))
+            ahead = (mean - best) / deviation
             density = np.exp(-0.5 * ahead**2) / np.sqrt(2 * np.pi)
             wanted = deviation * (ahead * ndtr(ahead) + density) if exploring else mean
-            apart = np.abs(places[:, None] - np.array(self.tried)[None]).max(axis=2).min(axis=1)
+            apart = np.abs(places[:, None] - tried[None]).max(axis=2).min(axis=1)
             return np.where(apart < NEAREST, -np.inf, wanted)
 
-        tops = self._tops(promise, scores)
+        tops = self._tops(promise)
         place: Floats = tops[int(np.argmax(promise(tops)))]
         return place
 
-    def _tops(self, promise: Callable[[Floats], Floats], scores: Floats) -> Floats:
+    def _tops(self, promise: Callable[[Floats], Floats]) -> Floats:
         """(4, D) places of high promise: the best of many, and of those ever nearer around them."""
         dims, rng = len(self.families), np.random.default_rng(len(self.tried))
-        best = self.places[int(np.argmax(scores))]
-        places = np.concatenate([rng.random((512, dims)), np.clip(best + rng.normal(0, STEPS[0], (256, dims)), 0, 1)])
+        near = np.clip(self._best.place + rng.normal(0, STEPS[0], (256, dims)), 0.0, 1.0)
+        places = np.concatenate([rng.random((512, dims)), near])
         tops = places[np.argsort(-promise(places), kind="stable")[:4]]
         for step in STEPS:
             ways = np.concatenate([np.zeros((1, dims)), np.eye(dims), -np.eye(dims), rng.normal(0, 1, (16, dims))])

@@ -27,9 +27,6 @@ class Fades(Protocol):
     def threshold(self, share: float) -> float:
         """The t at which `share` of the ink is left; the least t without any for share 0."""
 
-    def slope(self, share: float) -> float:
-        """dt/dshare there."""
-
 
 class ScoredDrawing(Protocol):
     """The score of a view's drawing as a function of its thresholds."""
@@ -39,6 +36,12 @@ class ScoredDrawing(Protocol):
 
     def slope(self, thresholds: Floats, boundaries: bool) -> tuple[float, Floats]:
         """The score at one (4,) t, and its (4,) gradient."""
+
+    def glance(self, thresholds: Floats) -> Floats:
+        """(B, C) what the drawings of (B, 4) thresholds look like from afar: those at a small distance score alike.
+
+        All lines and none are about 1 apart.
+        """
 
     @property
     def fading(self) -> Sequence[Fades]:
@@ -97,8 +100,8 @@ lines: a ranking module judges drawings like those that it was trained on, and a
 
 LARGE_BUDGETS = {
     "draft": Budget((0.6,), full_grid=True, climbs=0, iterations=0, looks=4, shortlist=4),
-    "balanced": Budget((0.6,), full_grid=True, climbs=0, iterations=0, looks=14, shortlist=16),
-    "accurate": Budget((0.6,), full_grid=True, climbs=0, iterations=0, looks=80, shortlist=64),
+    "balanced": Budget((0.6,), full_grid=True, climbs=0, iterations=0, looks=16, shortlist=16),
+    "accurate": Budget((0.6,), full_grid=True, climbs=0, iterations=0, looks=60, shortlist=64),
 }
 """The same for ranking modules as large as the paper's, which take a second for a gradient."""
 

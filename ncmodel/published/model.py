@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -12,11 +13,10 @@ from ncmodel.drawing.plan import Plan
 from ncmodel.errors import ArgumentError, UsageError
 from ncmodel.model.maps import network_maps
 from ncmodel.model.predictor import Model, Variant
-from ncmodel.model.surrogate_search import optimise_with_surrogate
-from ncmodel.model.threshold_search import BUDGETS, Budget, Optimum, budget_named, optimise
-from ncmodel.nets.blocks import WIDE, threads_for
+from ncmodel.model.threshold_search import BUDGETS, Budget
+from ncmodel.nets.blocks import threads_for
 from ncmodel.nets.checkpoints import load_checkpoint
-from ncmodel.nets.devices import device_named, prepared
+from ncmodel.nets.devices import device_named
 from ncmodel.nets.presets import MAPS
 from ncmodel.nets.shipped import checkpoint_path
 from ncmodel.published.folder import HEIGHT, WIDTH, PublishedView
@@ -119,9 +119,13 @@ class PublishedModel(Model):
             return Choice(BASE, np.maximum(view.base, image), mask)
         ranker = self.checkpoint.ranker
         assert ranker is not None, "its variants wouldn't have this one"
-        score = PublishedScore(ranker, view, image)
-        with threads_for(ranker.dims.width):
-            optimum = self._search(score, view, image, budget)
+        scored = partial(PublishedScore, view=view, image=image)
+        score = scored(ranker)
+        if budget == SCHEDULE:
+            with threads_for(ranker.dims.width):
+                optimum = published_search(score)
+        else:
+            optimum = self.search(scored, self.known_budget(budget))
         units = dict(zip(FILTERED_FAMILIES, view.p90.tolist(), strict=True))
         thresholds = Thresholds(None, None, None, None, unit="published", p90=units, feature_size=view.feature_size)
         chosen = {
@@ -154,18 +158,11 @@ class PublishedModel(Model):
         with torch.inference_mode():
             return np.asarray(torch.sigmoid(-translator.translate(seen))[0, 0].float().cpu().numpy())
 
-    def _search(self, score: PublishedScore, view: PublishedView, image: Image | None, budget: Budget | str) -> Optimum:
-        ranker = self.checkpoint.ranker
-        assert ranker is not None
-        if budget == SCHEDULE:
-            return published_search(score)
+    def known_budget(self, budget: Budget | str) -> Budget:
+        """As `Model.known_budget`; the published schedule is no such budget, but may be named too."""
         if isinstance(budget, str) and budget not in BUDGETS:
             raise ArgumentError("preset", repr(budget), f"one of {', '.join(BUDGETS)}, {SCHEDULE}")
-        wanted = budget_named(budget, ranker.dims.width >= WIDE) if isinstance(budget, str) else budget
-        if wanted.looks:
-            rough = PublishedScore(prepared(ranker), view, image, rough=True)
-            return optimise_with_surrogate(score, rough, wanted.looks)
-        return optimise(score, wanted)
+        return super().known_budget(budget)
 
 
 def load_model(path: str | Path, mode: Mode | None = None, device: str | torch.device = "cpu") -> Model:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -29,7 +30,7 @@ from ncmodel.model.ridge_detection import RidgeOptions, chained, find_ridges, po
 from ncmodel.model.score import DrawingScore, PictureScore
 from ncmodel.model.scoring import DrawingScores, Sheet, drawing_ink
 from ncmodel.model.setting_choice import choose_among
-from ncmodel.model.threshold_search import budget_named, optimise
+from ncmodel.model.threshold_search import Budget
 from ncmodel.nets.blocks import threads_for
 from ncmodel.published.folder import PublishedView
 from ncmodel.published.layers import filtered_lines, layers_of
@@ -168,26 +169,23 @@ def _chosen(
     view: PublishedView, model: Model, variant: Variant, preset: str, families: Sequence[LineFamily]
 ) -> PictureDrawing:
     """What a model chooses by the paper's equations."""
-    checkpoint, (width, height) = model.checkpoint, view.size
+    checkpoint, budget, (width, height) = model.checkpoint, model.known_budget(preset), view.size
     maps = view.network_maps(checkpoint.preset.inputs)
     image: Image | None = None
     if variant != "geometry":
-        probability = model.probability(maps)
+        probability = model.probability(maps, rough=budget.looks > 0)
         found = polylines(find_ridges(probability), Square(height, width, len(probability)))
         image = ink_of(Picture(width, height, found))
     if variant == "image":
         assert image is not None
         return PictureDrawing(image, Plan((), Thresholds(None, None, None, None)))
     if checkpoint.statistics is not None:
-        return _with_setting(view, model, image, preset, families)
+        return _with_setting(view, model, image, budget, families)
     assert checkpoint.ranker is not None, "its variants wouldn't have this one"
     allowed = np.array([family in families for family in FILTERED_FAMILIES], dtype=np.float32)
     lines = view.line_maps()
     lines = replace(lines, lines=lines.lines * allowed[:, None, None])
-    budget = budget_named(preset)
-    with threads_for(checkpoint.ranker.dims.width):
-        score = DrawingScore(checkpoint.ranker, maps, lines, image, budget.mirrored)
-        optimum = optimise(score, budget)
+    optimum = model.search(partial(DrawingScore, maps=maps, lines=lines, image=image, mirrored=budget.mirrored), budget)
     parts = [lines.contours, *([lines.boundaries] if optimum.boundaries else []), *([] if image is None else [image])]
     always = np.maximum.reduce(parts)
     pixels = torch.from_numpy(lines.lines).flatten(1), torch.from_numpy(lines.features).flatten(1)
@@ -206,10 +204,10 @@ def _chosen(
 
 
 def _with_setting(
-    view: PublishedView, model: Model, image: Image | None, preset: str, families: Sequence[LineFamily]
+    view: PublishedView, model: Model, image: Image | None, budget: Budget, families: Sequence[LineFamily]
 ) -> PictureDrawing:
     """What a model that counts ink chooses."""
-    checkpoint, budget, drawings = model.checkpoint, budget_named(preset), layers_of(view)
+    checkpoint, drawings = model.checkpoint, layers_of(view)
     assert checkpoint.statistics is not None
     maps, allowed = view.network_maps(checkpoint.preset.inputs), (*families, LineFamily.BOUNDARIES)
     with threads_for(checkpoint.preset.ranking.width):

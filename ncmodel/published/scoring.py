@@ -11,6 +11,7 @@ import torch
 from torch import Tensor
 
 from ncmodel.errors import UsageError
+from ncmodel.model.glance import Glance
 from ncmodel.model.letterbox import Square
 from ncmodel.nets.devices import numbers
 from ncmodel.nets.presets import BACKGROUND
@@ -25,12 +26,33 @@ MOST = 5.0
 SMALLEST = 1e-12
 """Keeps quotients finite where a feature is 0."""
 
-HALVINGS = 40
-STEP = 0.005
+TABULATED = 256
+"""Thresholds whose ink is counted; between them, it is taken to fall linearly."""
+
+CHUNK = 128
+"""Drawings seen from afar at a time."""
+
+
+def faded(family: int, strength: Tensor, facing: Tensor, t: Tensor) -> Tensor:
+    """What thresholds leave of a family's ink: as in rtsc of suggestive contours, 1 - t / strength of the others.
+
+    Args:
+        family: Its place in t.
+        strength: (P,) what thresholds are compared with.
+        facing: (P,) n.v.
+        t: (B, 1) thresholds.
+
+    Returns:
+        (B, P) shares.
+    """
+    if family > 0:
+        return (1.0 - t / (strength + SMALLEST)).clamp(0.0, 1.0)
+    excess = torch.relu(strength - t * facing)
+    return (excess / (SUGGESTIVE_FADE * facing + excess + SMALLEST)).clamp(0.0, 1.0)
 
 
 def filtered(lines: Tensor, strength: Tensor, facing: Tensor, thresholds: Tensor) -> Tensor:
-    """Lines faded by thresholds: as in rtsc for suggestive contours, by 1 - t / strength for the others.
+    """Lines faded by thresholds.
 
     Args:
         lines: (4, P) ink of suggestive contours, ridges, valleys and apparent ridges, unfiltered.
@@ -42,10 +64,8 @@ def filtered(lines: Tensor, strength: Tensor, facing: Tensor, thresholds: Tensor
         (B, 4, P) ink.
     """
     t = thresholds.clamp(0.0, MOST)[:, :, None]
-    excess = torch.relu(strength[0] - t[:, 0] * facing)
-    suggestive = (excess / (SUGGESTIVE_FADE * facing + excess + SMALLEST)).clamp(0.0, 1.0)
-    others = (1.0 - t[:, 1:] / (strength[1:] + SMALLEST)).clamp(0.0, 1.0)
-    return torch.cat([suggestive[:, None], others], dim=1) * lines
+    left = [faded(family, own, facing, t[:, family]) for family, own in enumerate(strength)]
+    return torch.stack(left, dim=1) * lines
 
 
 class Fading:
@@ -53,47 +73,44 @@ class Fading:
 
     Args:
         family: Its place in t.
-        lines: (4, P) ink.
-        strength: (4, P) what thresholds are compared with.
+        lines: (P,) its ink.
+        strength: (P,) what thresholds are compared with.
         facing: (P,) n.v.
     """
 
     def __init__(self, family: int, lines: Tensor, strength: Tensor, facing: Tensor) -> None:
-        drawn = lines[family] > 0
-        self._family, self._facing = family, facing[drawn]
-        self._lines, self._strength = lines[:, drawn], strength[:, drawn]
+        drawn = lines > 0
+        self._family = family
+        self._lines, self._strength, self._facing = lines[drawn], strength[drawn], facing[drawn]
 
     @property
     def present(self) -> bool:
         """Whether the family has lines in this view."""
-        return self._lines.shape[1] > 0
+        return len(self._lines) > 0
 
     def threshold(self, share: float) -> float:
-        """The t at which `share` of the ink is left, found by halving: ink falls as t rises. `last` for share 0."""
-        low, high = 0.0, self.last
-        if share <= 0.0:
-            return high
-        wanted = share * self._left(0.0)
-        for _ in range(HALVINGS):
-            middle = (low + high) / 2
-            low, high = (middle, high) if self._left(middle) > wanted else (low, middle)
-        return low
+        """The t at which `share` of the ink is left, 0 for share 1; the least t that leaves nothing, or `MOST`, for 0.
 
-    def slope(self, share: float) -> float:
-        """dt/dshare there, over a hundredth of the ink."""
-        less, more = max(share - STEP, 0.0), min(share + STEP, 1.0)
-        return (self.threshold(more) - self.threshold(less)) / (more - less)
+        Raises:
+            ValueError: The family has no lines.
+        """
+        if not self.present:
+            raise ValueError("this family has no lines")
+        thresholds, left = self._left
+        return float(np.interp(-share, -left, thresholds)) if share > 0.0 else float(thresholds[-1])
 
     @cached_property
-    def last(self) -> float:
-        """The least t that leaves nothing, or `MOST`."""
-        against = self._facing.clamp(min=SMALLEST) if self._family == 0 else torch.ones_like(self._facing)
-        return min(float((self._strength[self._family] / against).max()), MOST) if self.present else 0.0
+    def _left(self) -> tuple[Floats, Floats]:
+        """Thresholds from 0 to the last one, and the share of ink that each leaves, falling.
 
-    def _left(self, threshold: float) -> float:
-        """Ink that is left."""
-        t = torch.full((1, 4), threshold, dtype=self._lines.dtype)
-        return float(filtered(self._lines, self._strength, self._facing, t)[0, self._family].sum())
+        They are close together where they are small, where most ink fades.
+        """
+        against = self._facing.clamp(min=SMALLEST) if self._family == 0 else 1.0
+        last = min(float((self._strength / against).max()), MOST)
+        thresholds = torch.linspace(0.0, 1.0, TABULATED, dtype=self._lines.dtype).square() * last
+        rows = [faded(self._family, self._strength, self._facing, t.reshape(1, 1))[0] for t in thresholds]
+        ink = np.array([float(row @ self._lines) for row in rows])
+        return thresholds.double().numpy(), ink / max(float(ink[0]), SMALLEST)
 
 
 class PublishedScore:
@@ -132,7 +149,7 @@ class PublishedScore:
     def fading(self) -> list["Fading"]:
         """How each of the four families fades."""
         lines, strength, facing = (part.double().cpu() for part in (self._lines, self._strength, self._facing))
-        return [Fading(family, lines, strength, facing) for family in range(len(lines))]
+        return [Fading(family, *parts, facing) for family, parts in enumerate(zip(lines, strength, strict=True))]
 
     @property
     def present(self) -> Mask:
@@ -152,6 +169,26 @@ class PublishedScore:
             score = self.score(self.drawings(t))[0]
         (gradient,) = torch.autograd.grad(score, t)
         return score.item(), gradient[0].double().cpu().numpy()
+
+    def glance(self, thresholds: Floats) -> Floats:
+        """(B, C) what the drawings of (B, 4) thresholds look like from afar, without the image branch."""
+        (lines, strength, facing), always = self._seen
+        t = torch.from_numpy(thresholds).to(lines.dtype)
+        parts = [filtered(lines, strength, facing, some).max(dim=1).values for some in torch.split(t, CHUNK)]
+        return self._glance(torch.maximum(torch.cat(parts), always).numpy())
+
+    @cached_property
+    def _glance(self) -> Glance:
+        ink = self._lines.max(dim=0).values.float().cpu().numpy()
+        return Glance(self._pixels.cpu().numpy(), ink, (HEIGHT, WIDTH))
+
+    @cached_property
+    def _seen(self) -> tuple[tuple[Tensor, Tensor, Tensor], Tensor]:
+        """What filters the pixels that are looked at from afar; and their ink that is always drawn."""
+        pixels = torch.from_numpy(self._glance.pixels).to(self._pixels.device)
+        parts = self._lines[:, pixels], self._strength[:, pixels], self._facing[pixels]
+        always = self._base[self._pixels[pixels]]
+        return (parts[0].cpu(), parts[1].cpu(), parts[2].cpu()), always.cpu()
 
     def drawings(self, thresholds: Tensor) -> Tensor:
         """(B, 4) thresholds -> (B, 1, H, W) drawings I(t): at each pixel the strongest line."""

@@ -22,9 +22,6 @@ class Knees:
         assert self.present
         return float(np.interp(share, [0.0, 0.5, 1.0], [LARGEST, HALF, 0.0]))
 
-    def slope(self, share: float) -> float:
-        return 2 * (HALF - LARGEST) if share < 0.5 else -2 * HALF
-
 
 @dataclass
 class Known:
@@ -51,6 +48,11 @@ class Known:
         gain = (self.boundary_gain or 0.0) if boundaries else 0.0
         error = self.rough_error if rough else 0.0
         return np.array([self.score(t) + gain + error for t in thresholds])
+
+    def glance(self, thresholds: Floats) -> Floats:
+        """Shares of ink, half of each family at most: all lines and none are 1 apart."""
+        seen: Floats = np.interp(thresholds, [0.0, HALF, LARGEST], [0.5, 0.25, 0.0])
+        return seen
 
     def slope(self, thresholds: Floats, boundaries: bool) -> tuple[float, Floats]:
         here = float(self.scores(thresholds[None], boundaries)[0])

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from ncmodel.model.filters import line_drawing
+from ncmodel.model.glance import Glance
 from ncmodel.model.letterbox import Square
 from ncmodel.model.maps import LineMaps
 from ncmodel.model.score import CHUNK, DrawingScore
@@ -132,6 +133,16 @@ def test_a_view_without_a_line_has_a_score() -> None:
     here, slope = score.slope(np.zeros(4), boundaries=False)
     assert np.isfinite(here)
     assert slope.tolist() == [0.0] * 4
+
+
+def test_drawings_look_from_afar_as_their_lines_do() -> None:
+    lines, maps, _ = example()
+    score, t = DrawingScore(ranker(), maps, lines), np.random.default_rng(0).uniform(0, 1.5, (5, 4))
+    pixels = np.flatnonzero(lines.lines.any(axis=0))
+    ink, feature = (torch.from_numpy(part.reshape(4, -1)[:, pixels]) for part in (lines.lines, lines.features))
+    drawn = line_drawing(ink, feature, torch.from_numpy(lines.contours.ravel()[pixels]), torch.from_numpy(t).float())
+    glance = Glance(pixels, ink.numpy().max(axis=0), (HEIGHT, WIDTH))
+    np.testing.assert_allclose(score.glance(t), glance(drawn.numpy()[:, glance.pixels]), rtol=1e-5)
 
 
 @pytest.mark.parametrize("fast", [False, True])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ncmodel.errors import UsageError
-from ncmodel.model.surrogate_search import NEAREST, Surrogate, optimise_with_surrogate
+from ncmodel.model.surrogate_search import NEAREST, Look, Surrogate, optimise_with_surrogate
 from ncmodel.model.threshold_search import BUDGETS, LARGE_BUDGETS, budget_named, optimise
 from ncmodel.types import Floats
 from tests.helpers.known_scores import LARGEST, Knees, Known
@@ -40,17 +40,43 @@ def test_the_surrogate_goes_through_what_it_is_told() -> None:
         return np.sin(3 * x).sum(axis=1), 3 * np.cos(3 * x)
 
     scores, slopes = sines(places)
-    surrogate = Surrogate(places, scores, slopes)
+    known = zip(places, scores.tolist(), slopes, strict=True)
+    surrogate = Surrogate([Look(place, place, np.eye(2), score, slope) for place, score, slope in known])
     mean, deviation = surrogate(places)
+    mean, deviation = mean * surrogate.unit, deviation * surrogate.unit
     np.testing.assert_allclose(mean, scores, atol=0.02)
     assert (deviation < 0.05).all()
     ahead = [(surrogate(places + step)[0] - surrogate(places - step)[0]) / 2e-3 for step in 1e-3 * np.eye(2)]
-    np.testing.assert_allclose(np.stack(ahead, axis=1), slopes, atol=0.1)
-    mean, deviation = surrogate(between)
+    np.testing.assert_allclose(np.stack(ahead, axis=1) * surrogate.unit, slopes, atol=0.1)
+    mean, deviation = (part * surrogate.unit for part in surrogate(between))
     assert (np.abs(mean - sines(between)[0]) < 3 * deviation).all()
     assert deviation.max() < 0.05
     far = surrogate(np.array([[9.0, 9.0]]))
-    assert far[1] > 10 * deviation.max()
+    assert far[1] * surrogate.unit > 10 * deviation.max()
+
+
+def test_the_surrogate_knows_drawings_by_what_they_look_like() -> None:
+    """Two families that lie on each other: one number tells what is seen of both, and a look at one tells of both."""
+    change = np.array([[1.0], [1.0]])
+    surrogate = Surrogate(
+        [
+            Look(np.array([x, 0.0]), np.array([x]), change, -np.square(x - 0.3).sum(), np.full(2, -2 * (x - 0.3)))
+            for x in (0.0, 0.5, 1.0)
+        ]
+    )
+    mean, deviation = surrogate(np.array([[0.3], [0.8]]))
+    np.testing.assert_allclose(mean * surrogate.unit, [0.0, -0.25], atol=0.01)
+    assert (deviation * surrogate.unit < 0.05).all()
+
+
+def test_slopes_are_those_of_the_drawing_s_change() -> None:
+    """Along a way in which the drawing doesn't change, neither does the expected score."""
+    look = Look(np.zeros(2), np.zeros(2), np.array([[1.0, 0.0], [0.0, 0.0]]), 1.0, np.array([2.0, 0.0]))
+    other = Look(np.ones(2), np.array([0.4, 0.0]), look.change, 1.5, np.array([0.5, 0.0]))
+    surrogate = Surrogate([look, other])
+    step = np.array([[1e-3, 0.0], [-1e-3, 0.0]])
+    up, down = surrogate(step)[0] * surrogate.unit
+    assert (up - down) / 2e-3 == pytest.approx(2.0, abs=0.05)
 
 
 @pytest.mark.parametrize(("looks", "close"), [(LOOKS, 0.03), (LARGE_BUDGETS["accurate"].looks, 0.01)])

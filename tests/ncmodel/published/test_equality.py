@@ -115,4 +115,3 @@ def test_shares_of_ink_and_thresholds_belong_together(model: PublishedModel, vie
             left = float(score.ink([fading.threshold(share)] * 4).sum())
             assert left == pytest.approx(share * whole, abs=1e-3 * whole)
         assert fading.threshold(0.3) > fading.threshold(0.5)
-        assert fading.slope(0.4) == pytest.approx((fading.threshold(0.405) - fading.threshold(0.395)) / 0.01)
