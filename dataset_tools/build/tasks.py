@@ -2,6 +2,7 @@
 
 import json
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from dataset_tools.candidates.renders import shaded_picture
 from dataset_tools.candidates.viewpoints import camera_at, choose_azimuths
 from dataset_tools.cleaning.repair import CleanSettings, clean_file
 from dataset_tools.cleaning.shape_distance import invariants
+from ncmodel.camera import Camera
 from ncmodel.chamfer import chamfer_matrix
 from ncmodel.data.data_folder import MAPS
 from ncmodel.data.item import Item
@@ -135,6 +137,19 @@ def view_files(surface: Surface, number: int, config: BuildConfig) -> dict[str, 
     """
     azimuth = choose_azimuths(surface.mesh.name, number + 1, config.seed)[number]
     camera = camera_at(surface.mesh, azimuth, (config.width, config.height))
+    aside = [camera_at(surface.mesh, azimuth + angle, config.render_shape) for angle in config.render_azimuths]
+    return files_through(surface, camera, aside, config)
+
+
+def files_through(surface: Surface, camera: Camera, aside: Sequence[Camera], config: BuildConfig) -> dict[str, bytes]:
+    """All files of a view's folder.
+
+    Args:
+        surface: The shape.
+        camera: Where it is drawn from.
+        aside: The cameras of the pictures that participants see.
+        config: The settings.
+    """
     view = View(surface, camera)
     candidates = draw_candidates(view, config.levels)
     with timed(view.trace, "chamfer"):
@@ -145,7 +160,7 @@ def view_files(surface: Surface, number: int, config: BuildConfig) -> dict[str, 
     with timed(view.trace, "encode maps"):
         files |= {name: png_map(image) for name, image in zip(MAPS, (view.depth, *view.shaded), strict=True)}
     with timed(view.trace, "encode candidates"):
-        shape = np.array([len(candidates.specs), config.height, config.width])
+        shape = np.array([len(candidates.specs), camera.height, camera.width])
         files["candidates.npz"] = npz(ink=candidates.packed(), shape=shape)
         specs = [spec.to_record(index) for index, spec in enumerate(candidates.specs)]
         files["candidates.json"] = (json.dumps(specs) + "\n").encode()
@@ -154,7 +169,6 @@ def view_files(surface: Surface, number: int, config: BuildConfig) -> dict[str, 
         for place, index in enumerate(selection.medoids.tolist()):
             files[f"drawings/{place}.png"] = png_ink(candidates.drawing(index))
     with timed(view.trace, "renders"):
-        for place, aside in enumerate(config.render_azimuths):
-            turned = camera_at(surface.mesh, azimuth + aside, config.render_shape)
+        for place, turned in enumerate(aside):
             files[f"renders/{place}.png"] = png_shaded(shaded_picture(surface, turned))
     return files

@@ -55,6 +55,42 @@ def build(
 
 
 @group.command()
+def views(
+    data_dir: Annotated[Path, typer.Argument(help="Data folder with the shapes.")],
+    cameras: Annotated[Path, typer.Argument(help="Folder of camera files, SHAPE_VIEW.json each.")],
+    as_json: Json = False,
+) -> None:
+    """Add views through given cameras to a data folder: where people drew from."""
+    from dataset_tools.build.given_views import add_views, count_cameras
+
+    with progress("views", count_cameras(cameras)) as advance:
+        added = add_views(data_dir, cameras, advance)
+    emit({"views": [item.name for item in added]}, as_json, f"{len(added)} views in {data_dir}")
+
+
+@group.command()
+def disjoint(
+    mesh_dir: Annotated[Path, typer.Argument(help="Folder with meshes to test on, not yet in the data folder.")],
+    data_dir: Annotated[Path, typer.Argument(help="Data folder that is trained on.")],
+    as_json: Json = False,
+) -> None:
+    """Check that no mesh is a shape of a data folder again; exit 1 if one is."""
+    from dataclasses import asdict
+
+    from dataset_tools.build.mesh_files import find_sources
+    from dataset_tools.collection.disjoint import shapes_known
+
+    sources = find_sources(mesh_dir, None)
+    with progress("meshes", len(sources)) as advance:
+        found = shapes_known(sources, data_dir, advance)
+    record = {"meshes": len(sources), "duplicates": [asdict(one) for one in found]}
+    emit(record, as_json, f"{len(sources)} meshes, {len({one.shape for one in found})} of them in {data_dir}")
+    if found:
+        told = "; ".join(f"{one.shape} is {one.of} again ({one.distance:g} radii apart)" for one in found)
+        raise BatchError(f"{mesh_dir}: {told}")
+
+
+@group.command()
 def shapes(
     mesh_dir: Annotated[Path, typer.Argument(help="Folder to write the meshes to, or to go on with.")],
     count: Annotated[int, typer.Option(help="How many.", min=1)] = 500,

@@ -17,6 +17,9 @@ Output = Annotated[Path, typer.Option("--output", "-o", help="Folder for report.
 Silhouettes = Annotated[
     Path | None, typer.Option(help="Folder of silhouettes NAME.png (masks or outlines) to take away from all drawings.")
 ]
+Whole = Annotated[
+    bool, typer.Option("--keep-silhouettes", help="Count silhouettes too, where references come with their meshes'.")
+]
 TolerancePixels = Annotated[float | None, typer.Option(help="How far apart near pixels may be; 5 by default.")]
 ToleranceMm = Annotated[float | None, typer.Option(help="The same in mm on the page; needs --mm-per-pixel.")]
 MmPerPixel = Annotated[float | None, typer.Option(help="Size of a pixel on the page; alone, the tolerance is 1 mm.")]
@@ -30,6 +33,7 @@ def evaluate(
     references: References,
     output: Output,
     silhouettes: Silhouettes = None,
+    keep_silhouettes: Whole = False,
     tolerance_pixels: TolerancePixels = None,
     tolerance_mm: ToleranceMm = None,
     mm_per_pixel: MmPerPixel = None,
@@ -41,12 +45,16 @@ def evaluate(
     from eval.measures.comparison import comparison_text
     from eval.measures.evaluation import Settings
     from eval.measures.folders import Folders, evaluate_folders
+    from eval.measures.references import known_silhouettes
     from eval.measures.report import write_evaluation
     from eval.measures.thinning import DEFAULT_THRESHOLD
 
     tolerance, page = resolve_tolerance(tolerance_pixels, tolerance_mm, mm_per_pixel)
     settings = Settings(tolerance, DEFAULT_THRESHOLD if threshold is None else threshold, most_consistent)
-    folders = Folders(_by_name(drawings), references, silhouettes)
+    if silhouettes is not None and keep_silhouettes:
+        raise UsageError("found --silhouettes and --keep-silhouettes, expected one of them")
+    taken = silhouettes or (None if keep_silhouettes else known_silhouettes(references))
+    folders = Folders(_by_name(drawings), references, taken)
     with progress("evaluate", len(folders.names)) as advance:
         result = evaluate_folders(folders, settings, advance)
     report = write_evaluation(output, result.comparison, result.gallery, result.failures, page, result.notes)

@@ -13,6 +13,10 @@ from ncmodel.errors import InputError
 from ncmodel.files import is_clutter
 
 DRAWINGS = (".png",)
+INDEX = "references.json"
+"""What tells a folder that `ncontours references` wrote: its parts are `PARTS`."""
+PARTS = ("references", "meshes", "cameras", "silhouettes")
+
 PICTURES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
 """Suffixes of what `ncontours draw` writes, and of what people scan."""
 
@@ -62,6 +66,8 @@ def find_references(folder: str | Path) -> dict[str, list[Path]]:
         InputError: The folder is missing or holds no reference.
     """
     root = _folder(folder, "a folder of references, NAME.png or NAME/*.png each")
+    if (root / INDEX).is_file():
+        root = _folder(root / "references", "references, NAME/*.png each")
     found: dict[str, list[Path]] = {}
     for name, path in _pictures(root, PICTURES):
         found.setdefault(name, []).append(path)
@@ -73,6 +79,13 @@ def find_references(folder: str | Path) -> dict[str, list[Path]]:
         expected = "references, NAME.png or NAME/*.png each (or JPEG, TIFF)"
         raise InputError(folder, "no PNG file in it or one folder below", expected)
     return dict(sorted(found.items()))
+
+
+def known_silhouettes(references: Path) -> Path | None:
+    """The silhouettes of the meshes that references show, where they are known: `ncontours references` wrote them."""
+    folder = references / "silhouettes"
+    known = (references / INDEX).is_file() and folder.is_dir() and any(folder.glob("*.png"))
+    return folder if known else None
 
 
 def pair_up(drawings: str | Path, references: str | Path) -> Pairing:

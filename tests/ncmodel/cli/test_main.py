@@ -121,6 +121,8 @@ BAD = {
     "features: not a mesh": ("features no_mesh.obj --camera wrong_keys.json -o f.npz", "no_mesh.obj|wrong_keys.json"),
     "dataset shapes: unknown family": ("dataset shapes shapes --families dragon", "dragon"),
     "dataset build: missing folder": ("dataset build absent data", "absent"),
+    "dataset disjoint: missing folder": ("dataset disjoint absent folder", "absent"),
+    "dataset views: no cameras": ("dataset views folder folder", "folder"),
     "dataset clean: not a mesh": ("dataset clean no_mesh.obj -o out.ply", "no_mesh.obj"),
     "dataset status: not a data folder": ("dataset status folder", "folder"),
     "dataset export: not a view": ("dataset export folder out", "folder"),
@@ -156,6 +158,9 @@ BAD = {
     "compare: wrong pairs": ("compare folder pairs.jsonl --model gone.safetensors -o report", "pairs.jsonl|folder"),
     "evaluate: missing folder": ("evaluate --drawings absent --references folder -o report", "absent"),
     "evaluate: empty folder": ("evaluate --drawings folder --references folder -o report", "folder"),
+    "fit-camera: missing drawing": ("fit-camera triangle.obj absent.png -o camera.json", "absent.png"),
+    "references: missing folder": ("references absent named -o people --names {shape}_{artist}", "absent"),
+    "register: missing scan": ("register absent.jpg -o out.png --size 64", "absent.jpg"),
     "bench: missing mesh": ("bench absent.obj -o report", "absent.obj"),
     "demo: somebody else's folder": ("demo .", "."),
 }
