@@ -22,6 +22,9 @@ def serve(
     public_url: Annotated[
         str, typer.Option(help="The address that participants use, where a proxy stands before.")
     ] = "",
+    proxies: Annotated[
+        int, typer.Option(help="Proxies before the site that add to X-Forwarded-For; 0 believes nobody.", min=0, max=9)
+    ] = 0,
     parameters: Annotated[
         str, typer.Option(help="Recruiting parameters in the link; the first says who the participant is.")
     ] = "PROLIFIC_PID,STUDY_ID,SESSION_ID",
@@ -67,6 +70,7 @@ def serve(
         consent=read_consent(consent) if consent else CONSENT,
         contact=contact,
         public_url=public_url.rstrip("/"),
+        proxies=proxies,
     )
     files = SiteFiles(batch_dir, db, token_file or db.with_name(db.name + ".token"))
     policy = Policy(places, 60 * abandoned_after, replace_unreliable, workers_of(taken_part or ()))

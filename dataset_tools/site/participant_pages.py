@@ -55,6 +55,7 @@ class Settings:
         consent: Paragraphs of the consent page.
         contact: Whom to ask.
         public_url: The address that participants use, where a proxy with TLS stands before the site; "" on loopback.
+        proxies: How many proxies before the site write where requests come from.
     """
 
     parameters: tuple[str, ...] = ("PROLIFIC_PID", "STUDY_ID", "SESSION_ID")
@@ -64,6 +65,7 @@ class Settings:
     consent: tuple[str, ...] = CONSENT
     contact: str = ""
     public_url: str = ""
+    proxies: int = 0
 
     def __post_init__(self) -> None:
         parts = _web_address(self.public_url)

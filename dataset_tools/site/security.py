@@ -12,6 +12,8 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 MAX_BODY = 64 * 1024
 """Bytes of the largest request that a page of ours can send."""
 
+LOOPBACK = ("127.0.0.1", "::1", "localhost")
+
 BODY_SECONDS = 30.0
 """How long such a request takes over the slowest connection that can show the pictures."""
 
@@ -45,11 +47,14 @@ class Guard:
     Args:
         app: What it guards.
         public_url: The address that participants use; "" where it is the one they connect to.
+        proxies: How many proxies before the site write where requests come from.
         body_seconds: How long a request's body may take.
     """
 
-    def __init__(self, app: ASGIApp, public_url: str = "", body_seconds: float = BODY_SECONDS) -> None:
-        self._app, self._body_seconds = app, body_seconds
+    def __init__(
+        self, app: ASGIApp, public_url: str = "", proxies: int = 0, body_seconds: float = BODY_SECONDS
+    ) -> None:
+        self._app, self._proxies, self._body_seconds = app, proxies, body_seconds
         self._public_host = urlsplit(public_url).netloc
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -58,6 +63,8 @@ class Guard:
             await self._app(scope, receive, send)
             return
         given = {name.decode("latin-1"): value.decode("latin-1") for name, value in scope["headers"]}
+        if self._proxies:
+            scope = {**scope, "client": self._client(scope)}
         if scope["method"] not in ("GET", "HEAD") and not self._from_here(given):
             await PlainTextResponse("sent by another site", 403, headers=headers())(scope, receive, send)
             return
@@ -95,11 +102,24 @@ class Guard:
         origin = given.get("origin")
         if origin is None:
             return True
+        host = given.get("host", "")
         try:
-            sender = urlsplit(origin).netloc
+            sender, asked = urlsplit(origin).netloc, urlsplit(f"//{host}").hostname
         except ValueError:  # "http://[x" is no address
             return False
-        return sender in {self._public_host or given.get("host", ""), given.get("host", "")} - {""}
+        # Where participants use another address, only who sits at the machine itself asks for this one.
+        own = host if not self._public_host or asked in LOOPBACK else ""
+        return sender != "" and sender in (self._public_host, own)
+
+    def _client(self, scope: Scope) -> tuple[str, int] | None:
+        """Where a request comes from: what the outermost of our proxies wrote, the last but so many in the header.
+
+        What stands before it was there when the request came, and anybody can write that.
+        """
+        lines = [value.decode("latin-1") for name, value in scope["headers"] if name == b"x-forwarded-for"]
+        named = [one.strip() for one in ",".join(lines).split(",") if one.strip()]
+        client: tuple[str, int] | None = scope["client"]
+        return (named[-self._proxies], 0) if len(named) >= self._proxies else client
 
 
 async def _read(receive: Receive) -> bytes | None:

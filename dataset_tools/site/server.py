@@ -15,14 +15,19 @@ from starlette.applications import Starlette
 from starlette.middleware import Middleware
 
 from dataset_tools.questionnaires.questionnaire import KEY_NAME, read_key
+from dataset_tools.site.connections import PER_CLIENT, RESERVED, Door, most_connections
 from dataset_tools.site.database import Policy, SiteStore
 from dataset_tools.site.participant_pages import RateLimits, Settings, Site
 from dataset_tools.site.requester_pages import Admin
-from dataset_tools.site.security import Guard, failed
+from dataset_tools.site.security import LOOPBACK, Guard, failed
 from dataset_tools.site.served_batch import SiteBatch
 from ncmodel.errors import ArgumentError, InputError, UsageError
 
-LOOPBACK = ("127.0.0.1", "::1", "localhost")
+WAITING = 2048
+"""Connections that wait to be let in."""
+
+AT_ONCE = RESERVED // 4
+"""Of those, how many are let in before what they do is looked at."""
 
 
 @dataclass(frozen=True)
@@ -55,9 +60,11 @@ def make_app(
     secure = settings.public_url.startswith("https:")
     token = read_token(files.token)
     admin = Admin(store, files.database, _items_of(files.batch_dir), token, policy.places, limits.logins, secure)
-    guard = Middleware(Guard, public_url=settings.public_url)
-    routes = [*site.routes(), *admin.routes()]
-    return Starlette(routes=routes, middleware=[guard], exception_handlers={500: failed}), store
+    guard = Middleware(Guard, public_url=settings.public_url, proxies=settings.proxies)
+    app = Starlette(routes=[*site.routes(), *admin.routes()], middleware=[guard], exception_handlers={500: failed})
+    # To an address with a slash too many it would answer with one made of the request's Host.
+    app.router.redirect_slashes = False
+    return app, store
 
 
 def _items_of(batch_dir: Path) -> dict[str, list[str]]:
@@ -142,12 +149,13 @@ def serve(
     import uvicorn
 
     app, store = make_app(files, settings, policy)
-    # Addresses of requests hold participants' numbers, so none are logged. Only a proxy that the requester named is
-    # believed when it says where a request comes from.
+    door = Door(most_connections(), 0 if settings.proxies else PER_CLIENT)
+    # Addresses of requests hold participants' numbers, so none are logged. What proxies say of where a request comes
+    # from is read by `Guard`, which knows how many there are.
     config = uvicorn.Config(
         app, host=host, port=port, log_level="warning", access_log=False, server_header=False,
-        proxy_headers=bool(settings.public_url), timeout_keep_alive=30, limit_concurrency=2000,
-        timeout_graceful_shutdown=10,
+        proxy_headers=False, timeout_keep_alive=30, timeout_graceful_shutdown=10, http=door.protocol(),
+        backlog=AT_ONCE,
     )  # fmt: skip
     try:
         with _ending_on_term(), _listening(host, port) as listener:
@@ -171,10 +179,22 @@ def _ending_on_term() -> Iterator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
+class _Listener(socket.socket):
+    """A socket on which many wait to be let in, while few are let in at once.
+
+    asyncio lets in as many as are to wait before the door sees the first of them, and then runs out of open files:
+    https://github.com/python/cpython/issues/151615
+    """
+
+    def listen(self, backlog: int = WAITING) -> None:
+        """Listen, whatever fewer `backlog` says."""
+        super().listen(max(backlog, WAITING))
+
+
 def _listening(host: str, port: int) -> socket.socket:
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     try:
-        listener = socket.create_server((host, port), family=family, backlog=2048)
+        listener = _Listener(fileno=socket.create_server((host, port), family=family).detach())
     except OSError as error:
         found = f"{host}:{port}, which can't be listened on ({error.strerror})"
         raise ArgumentError("port", found, "a free one") from error
@@ -222,7 +242,21 @@ def _addresses(host: str, port: int, settings: Settings, files: SiteFiles) -> Ad
             f"{reach}; to open it to others put a proxy with TLS (caddy, nginx) before this address on loopback and "
             "start again with the public URL https://YOUR.HOST"
         )
-    key = files.batch_dir / KEY_NAME
-    if key.stat().st_mode & 0o077:
-        notes.append(f"{key} can be read by other users of this machine, and it tells all answers: chmod 600 {key}")
+    elif not settings.proxies:
+        notes.append(
+            "limits take everybody behind the proxy for one; if it sets X-Forwarded-For, start again with --proxies 1"
+        )
+    notes += _open_files(files)
     return Addresses(link, f"{base}/admin", files.token, port, tuple(notes))
+
+
+def _open_files(files: SiteFiles) -> Iterator[str]:
+    """What others on this machine could read, and what that would tell them."""
+    secrets = {
+        files.batch_dir / KEY_NAME: "tells all answers",
+        files.database: "holds participants' numbers and answers",
+        files.token: "opens the requester's page",
+    }
+    for path, tells in secrets.items():
+        if path.stat().st_mode & 0o077:
+            yield f"other users of this machine can open {path}, which {tells}: chmod 600 {path}"

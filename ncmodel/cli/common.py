@@ -22,6 +22,12 @@ def emit(record: Any, as_json: bool, text: str = "") -> None:
         sys.stdout.write(text + "\n")
 
 
+def warn(note: str) -> None:
+    """Say on stderr what a user should know before much time is spent."""
+    sys.stderr.write(f"note: {note}\n")
+    sys.stderr.flush()
+
+
 @contextmanager
 def option_names(**options: str) -> Iterator[None]:
     """Complaints about parameters whose options have other names: `option_names(stages="stage")`."""

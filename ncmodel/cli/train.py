@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ncmodel.cli.common import emit, option_names, progress
+from ncmodel.cli.common import emit, option_names, progress, warn
 from ncmodel.errors import UsageError
 
 if TYPE_CHECKING:
@@ -17,6 +17,9 @@ Pairs = Annotated[Path, typer.Argument(help="Ranking pairs, as `ncontours crowd 
 Output = Annotated[Path, typer.Option("--output", "-o", help="Checkpoint to write; an interrupted training goes on.")]
 Stage = Annotated[str, typer.Option(help="ranker, translator, finetune, or all three.")]
 PresetName = Annotated[str, typer.Option("--preset", help="Size of the networks: tiny, small or paper.")]
+SettingsFile = Annotated[
+    Path | None, typer.Option("--settings", help="TOML file with rates, batches, passes and variation of your own.")
+]
 ImageMaps = Annotated[
     str | None,
     typer.Option(help="The image branch reads these of depth,shaded_0..5,suggestive,ridges,valleys,..."),
@@ -29,6 +32,20 @@ Seconds = Annotated[float | None, typer.Option(help="Stop early after this long.
 Seed = Annotated[int, typer.Option(help="Of initial weights, order and variation.")]
 Restart = Annotated[bool, typer.Option("--restart", help="Start over instead of going on with an earlier training.")]
 Device = Annotated[str, typer.Option(help="Where to compute: cpu, cuda, ...")]
+Workers = Annotated[int, typer.Option(help="Processes that read pictures ahead.")]
+MicroBatch = Annotated[
+    int | None, typer.Option(help="Look at most at so many pairs or views at a time; steps stay whole.")
+]
+PrecisionOf = Annotated[
+    str | None, typer.Option("--precision", help="float32 or bfloat16. (default bfloat16 on GPUs fast in it)")
+]
+BatchNormBy = Annotated[
+    str, typer.Option("--batch-norm", help="Statistics of steps in parts: own, synchronised or frozen.")
+]
+SaveEvery = Annotated[float, typer.Option(help="Seconds after which a state is written within a pass.")]
+ObjectiveOf = Annotated[
+    str | None, typer.Option("--objective", help="A loss of your own: an entry point's name, or MODULE:CLASS.")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print what was done as JSON.")]
 
 
@@ -38,6 +55,7 @@ def train(
     output: Output,
     stage: Stage = "all",
     preset: PresetName = "tiny",
+    settings: SettingsFile = None,
     image_maps: ImageMaps = None,
     percentile: PercentileOf = None,
     epochs: Epochs = None,
@@ -45,25 +63,50 @@ def train(
     seed: Seed = 0,
     restart: Restart = False,
     device: Device = "cpu",
+    workers: Workers = 0,
+    micro_batch: MicroBatch = None,
+    precision: PrecisionOf = None,
+    batch_norm: BatchNormBy = "own",
+    save_every: SaveEvery = 300.0,
+    objective: ObjectiveOf = None,
     as_json: AsJson = False,
 ) -> None:
     """Train the ranking module and the image translation branch."""
     from ncmodel.model.calibration import calibrate_file
+    from ncmodel.training.processes import leads
     from ncmodel.training.train import TrainOptions, run_training
 
     with option_names(stages="stage"):
-        options = TrainOptions(None if stage == "all" else (stage,), epochs, seconds, seed, restart, device)
-        chosen = _preset(preset, image_maps, percentile)
-        report = run_training(data, pairs, output, chosen, options, progress).to_record()
+        options = TrainOptions(
+            None if stage == "all" else (stage,),
+            epochs,
+            seconds,
+            seed,
+            restart,
+            device,
+            workers,
+            micro_batch,
+            precision,  # type: ignore[arg-type]  # it checks
+            batch_norm,  # type: ignore[arg-type]
+            save_every,
+            objective,
+            curves=True,
+        )
+        chosen = _preset(preset, settings, image_maps, percentile)
+        report = run_training(data, pairs, output, chosen, options, progress, warn).to_record()
+    if not leads():
+        return
     report["preference"] = calibrate_file(output, data, pairs)
     emit(report, as_json, _summary(report))
 
 
-def _preset(name: str, image_maps: str | None, percentile: str | None) -> "Preset":
-    """The preset of that name, with other inputs or units if some are given."""
+def _preset(name: str, settings: Path | None, image_maps: str | None, percentile: str | None) -> "Preset":
+    """The preset of that name, with other settings, inputs or units if some are given."""
     from ncmodel.nets.presets import preset_named
+    from ncmodel.training.settings import with_settings
 
     preset = preset_named(name)
+    preset = preset if settings is None else with_settings(preset, settings)
     try:
         if image_maps is not None:
             inputs = tuple(part.strip() for part in image_maps.split(","))

@@ -88,14 +88,18 @@ def _without_retraced(
     squares = Squares.of(fine.points, max(rule.tolerance, rule.spacing))
     along, placed = retraced(fine.points, fine.along, fine.alpha, fine.first, squares, max(whole, 1), rims, rule)
     pieces: list[list[Stroke]] = [[stroke] for stroke in strokes]
+    touched = np.logical_or.reduceat(along != STAYS, fine.first[:-1])
+    for rank in np.flatnonzero(touched).tolist():
+        pieces[order[rank]] = []
     short: list[tuple[int, Stroke]] = []
-    for rank in np.flatnonzero(np.logical_or.reduceat(along != STAYS, fine.first[:-1])).tolist():
-        index, part = order[rank], slice(fine.first[rank], fine.first[rank + 1])
-        pieces[index], crumbs = (
-            [_piece(strokes[index], fine, placed, part, span) for span in _spans(along[part] == mark, part.start)]
-            for mark in (STAYS, CRUMB)
-        )
-        short += [(index, crumb) for crumb in crumbs]
+    for mark in (STAYS, CRUMB):
+        for rank, *span in _spans((along == mark) & np.repeat(touched, np.diff(fine.first)), fine.first):
+            index, part = int(order[rank]), slice(fine.first[rank], fine.first[rank + 1])
+            piece = _piece(strokes[index], fine, placed, part, slice(*span))
+            if mark == STAYS:
+                pieces[index].append(piece)
+            else:
+                short.append((index, piece))
     if outline is not None and short:
         for (index, crumb), stays in zip(short, outline([crumb for _, crumb in short]).tolist(), strict=True):
             if stays:
@@ -104,10 +108,16 @@ def _without_retraced(
     return _reaching(left, fine.points, placed, rule.lead) if rule.lead else left
 
 
-def _spans(chosen: Mask, begin: int) -> list[tuple[int, int]]:
-    """Where runs of True start and stop in a mask, counted from `begin`."""
-    changes = begin + np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(np.int8)))
-    return list(zip(changes[::2].tolist(), changes[1::2].tolist(), strict=True))
+def _spans(chosen: Mask, first: Ints) -> list[tuple[int, int, int]]:
+    """Runs of chosen samples, none across two strokes: the stroke's number, where the run starts, where it stops."""
+    begins, ends = chosen.copy(), chosen.copy()
+    begins[1:] &= ~chosen[:-1]
+    ends[:-1] &= ~chosen[1:]
+    begins[first[:-1]] = chosen[first[:-1]]
+    ends[first[1:] - 1] = chosen[first[1:] - 1]
+    starts, stops = np.flatnonzero(begins), np.flatnonzero(ends) + 1
+    ranks = np.searchsorted(first, starts, side="right") - 1
+    return list(zip(ranks.tolist(), starts.tolist(), stops.tolist(), strict=True))
 
 
 def _reaching(strokes: tuple[Stroke, ...], points: Floats, placed: Floats, lead: float) -> tuple[Stroke, ...]:
@@ -154,9 +164,9 @@ def _led(stroke: Stroke, last: bool, target: Floats, lead: float) -> Stroke:
     return Stroke(stroke.family, fine[:, :2], fine[:, 2], None if stroke.depth is None else fine[:, 3])
 
 
-def _piece(stroke: Stroke, fine: Samples, placed: Floats, part: slice, span: tuple[int, int]) -> Stroke:
+def _piece(stroke: Stroke, fine: Samples, placed: Floats, part: slice, span: slice) -> Stroke:
     """The part of a stroke between two samples, with one point more at each side: it meets what it ran along."""
-    chosen = slice(max(span[0] - 1, part.start), min(span[1] + 1, part.stop))
+    chosen = slice(max(span.start - 1, part.start), min(span.stop + 1, part.stop))
     own = fine.own[chosen].copy()
     own[[0, -1]] = True
     shifted = (placed[chosen] != fine.points[chosen]).any(axis=1)

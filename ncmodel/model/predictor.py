@@ -29,6 +29,7 @@ from ncmodel.nets.devices import device_named, numbers, prepared
 from ncmodel.nets.presets import BACKGROUND
 from ncmodel.nets.ranking import RankingModule
 from ncmodel.nets.shipped import checkpoint_path
+from ncmodel.scene.hard_edges import has_hard_edges
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed
 from ncmodel.types import FILTERED_FAMILIES, Image, LineFamily, Stroke, Thresholds
@@ -41,11 +42,6 @@ lines are as thin. Larger and smaller drawings get the thresholds chosen at this
 
 LONGEST_SIDE = 4 * SEEN_SIDE
 """Longer side that such a picture has at most."""
-
-
-SHARP = (LineFamily.CREASES, LineFamily.INTERSECTIONS)
-"""Drawn of machine parts whatever setting is chosen: what a view's settings differ in on a surface with creases is what
-they show of its curved sides."""
 
 
 class Scored(Protocol):
@@ -213,10 +209,14 @@ class Model:
                 seen, maps, counting, self.checkpoint.ranker, budget.shortlist, allowed, image, budget.mirrored
             )
         chosen = choice.setting.plan()
-        edges = [family for family in SHARP if family in families and family not in chosen.families]
+        # What the settings of a surface of hard edges differ in is what they show of its curved sides: people draw all
+        # such edges, and none of what is sharp on a sculpted one.
+        hard = has_hard_edges(seen.surface, seen.crease_angle)
+        edges = [LineFamily.CREASES] * hard + [LineFamily.INTERSECTIONS]
+        smooth = [family for family in chosen.families if family is not LineFamily.CREASES]
         return replace(
             chosen,
-            families=(*chosen.families, *edges),
+            families=(*smooth, *(family for family in edges if family in families)),
             strokes=plan.strokes,
             score=choice.score,
             evaluations=choice.evaluations,

@@ -33,7 +33,7 @@ def pair_accuracy(better: Tensor, worse: Tensor) -> float:
     return float((better > worse).double().mean() + 0.5 * (better == worse).double().mean())
 
 
-def cross_entropy(logits: Tensor, target: Tensor) -> Tensor:
+def cross_entropy(logits: Tensor, target: Tensor, emphasis: Tensor | None = None) -> Tensor:
     """Cross-entropy L_ce between a predicted line probability and a drawing's ink, the mean over pixels.
 
     Every pixel weighs the same, as in the paper: the prediction is then a probability, which is what ridge detection
@@ -43,5 +43,7 @@ def cross_entropy(logits: Tensor, target: Tensor) -> Tensor:
     Args:
         logits: (B, 1, H, W) log-odds of a line.
         target: (B, 1, H, W) ink in [0, 1].
+        emphasis: (B,) how much each drawing counts; 1 by default.
     """
-    return functional.binary_cross_entropy_with_logits(logits, target)
+    weight = None if emphasis is None else emphasis[:, None, None, None]
+    return functional.binary_cross_entropy_with_logits(logits.float(), target, weight)

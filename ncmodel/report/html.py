@@ -125,13 +125,14 @@ class Section:
     blocks: Sequence[Block] = field(default_factory=list)
 
 
-def render(title: str, sections: Sequence[Section], lead: str = "") -> str:
+def render(title: str, sections: Sequence[Section], lead: str = "", reload: int | None = None) -> str:
     """The report as an HTML document.
 
     Args:
         title: Heading and window title.
         sections: Its parts.
         lead: A paragraph below the heading: what this is, what was measured.
+        reload: Seconds after which the page loads itself anew, for one that is written again and again.
     """
     import jinja2
 
@@ -143,9 +144,11 @@ def render(title: str, sections: Sequence[Section], lead: str = "") -> str:
         lstrip_blocks=True,
     )
     template = environment.get_template("report.html.j2")
-    return template.render(title=title, sections=sections, lead=lead)
+    return template.render(title=title, sections=sections, lead=lead, reload=reload)
 
 
-def write_report(path: str | Path, title: str, sections: Sequence[Section], lead: str = "") -> None:
-    """Write the report as one HTML file, atomically."""
-    write_text(path, render(title, sections, lead))
+def write_report(
+    path: str | Path, title: str, sections: Sequence[Section], lead: str = "", reload: int | None = None
+) -> None:
+    """Write the report as one HTML file, atomically; parameters as `render` has them."""
+    write_text(path, render(title, sections, lead, reload))

@@ -1,9 +1,8 @@
 """What the three training stages minimise, and how their networks are judged on held-out views (section 5)."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
-from typing import Protocol
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 import torch
@@ -19,24 +18,28 @@ from ncmodel.nets.translation import TranslationBranch
 from ncmodel.training.batches import (
     Batch,
     PairBatch,
+    PairPart,
+    Stored,
+    StoredPairs,
+    ViewPart,
+    draw_poses,
     even_chunks,
+    items_of,
     load_batch,
-    load_pairs,
     pair_chunks,
     shrink,
     shuffled,
-    vary,
 )
 from ncmodel.training.dataset import ViewImages
-
-Measures = dict[str, float]
+from ncmodel.training.loader import Examiner, Part
+from ncmodel.training.state import Measures
 
 SCALE_VIEWS = 16
 """Views that the input scales are measured on."""
 
 
 class Objective(Protocol):
-    """One training stage: what it trains, its steps, its judgement."""
+    """One training stage: what it trains, what its steps look at and minimise, its judgement."""
 
     name: str
     networks: dict[str, nn.Module]
@@ -44,13 +47,20 @@ class Objective(Protocol):
     averaging: float
     pretrained: bool
 
+    @property
+    def images(self) -> ViewImages | None:
+        """Where its pictures are; None if it looks at none."""
+
     def prepare(self) -> None:
         """Set what the networks know before their first step: input scales and the like."""
 
-    def steps(self, rng: np.random.Generator) -> Sequence[Callable[[], Tensor]]:
-        """The steps of one pass over the training data, each giving its loss when called."""
+    def steps(self, rng: np.random.Generator) -> Sequence[Part]:
+        """What the steps of one pass over the training data look at."""
 
-    def validate(self) -> Measures:
+    def loss(self, batch: Any) -> Tensor:
+        """What a step minimises, given what it looks at, or a part of that: the mean over its examples."""
+
+    def validate(self, examiner: Examiner) -> Measures:
         """Measures on the held-out items; empty when there are none."""
 
     def loss_of(self, measures: Measures) -> float:
@@ -74,23 +84,22 @@ class RankerObjective:
         """Measure the input scales."""
         items = set(sorted({pair.item for pair in self.training})[:SCALE_VIEWS])
         ends = {(pair.item, end) for pair in self.training for end in (pair.better, pair.worse) if pair.item in items}
-        batch = load_batch(self.images, sorted(ends), self.ranker.dims.size).to(device_of(self.ranker))
+        batch = load_batch(self.images, sorted(ends), self.ranker.dims.size).on(device_of(self.ranker))
         self.ranker.standardise_maps.fit(self.ranker.pick(batch.maps))
         self.ranker.standardise_drawing.fit(batch.drawings)
 
-    def steps(self, rng: np.random.Generator) -> Sequence[Callable[[], Tensor]]:
+    def steps(self, rng: np.random.Generator) -> Sequence[Part]:
         """One step a chunk of pairs."""
-        chunks = pair_chunks(self.training, self.rates.batch, rng)
-        return [partial(self._loss, chunk, rng) for chunk in chunks]
+        return pair_steps(self.training, self.rates.batch, self.ranker.dims.size, self.preset, rng)
 
-    def _loss(self, chunk: Sequence[Pair], rng: np.random.Generator) -> Tensor:
-        pairs = load_pairs(self.images, chunk, self.ranker.dims.size).to(device_of(self.ranker))
-        scores = score_batch(self.ranker, vary(pairs.batch, self.preset.variation, rng))
+    def loss(self, pairs: PairBatch) -> Tensor:
+        """The hinge loss."""
+        scores = score_batch(self.ranker, pairs.batch)
         return ranking_loss(scores[pairs.better], scores[pairs.worse])
 
-    def validate(self) -> Measures:
+    def validate(self, examiner: Examiner) -> Measures:
         """Pair accuracy and mean hinge loss."""
-        return judge_pairs(self.ranker, self.images, self.held_out, self.rates.batch)
+        return judge_pairs(self.ranker, self.held_out, self.rates.batch, examiner)
 
     def loss_of(self, measures: Measures) -> float:
         """The hinge loss."""
@@ -116,24 +125,24 @@ class TranslatorObjective:
 
     def prepare(self) -> None:
         """Measure the input scales and the share of ink."""
-        batch = load_batch(self.images, self.training[:SCALE_VIEWS], self.translator.dims.size)
-        batch = batch.to(device_of(self.translator))
+        stored = load_batch(self.images, self.training[:SCALE_VIEWS], self.translator.dims.size)
+        batch = stored.on(device_of(self.translator))
         self.translator.standardise.fit(self.translator.pick(batch.maps))
         self.translator.expect_ink(float(batch.drawings.mean()))
 
-    def steps(self, rng: np.random.Generator) -> Sequence[Callable[[], Tensor]]:
+    def steps(self, rng: np.random.Generator) -> Sequence[Part]:
         """One step a few views."""
+        size, variation = self.translator.dims.size, self.preset.variation
         chunks = even_chunks(shuffled(self.training, rng), self.rates.batch)
-        return [partial(self._loss, chunk, rng) for chunk in chunks]
+        return [ViewPart(tuple(c), size, draw_poses(items_of(c), variation, size, rng)) for c in chunks]
 
-    def _loss(self, chunk: Sequence[tuple[Item, int]], rng: np.random.Generator) -> Tensor:
-        batch = load_batch(self.images, chunk, self.translator.dims.size).to(device_of(self.translator))
-        batch = vary(batch, self.preset.variation, rng)
+    def loss(self, batch: Batch) -> Tensor:
+        """The cross-entropy."""
         return cross_entropy(self.translator.logits(batch.maps), batch.drawings)
 
-    def validate(self) -> Measures:
+    def validate(self, examiner: Examiner) -> Measures:
         """Mean cross-entropy."""
-        return judge_views(self.translator, self.images, self.held_out)
+        return judge_views(self.translator, self.held_out, examiner)
 
     def loss_of(self, measures: Measures) -> float:
         """The cross-entropy."""
@@ -158,25 +167,23 @@ class FinetuneObjective:
         self.ranking = RankerObjective(preset, ranker, images, pairs)
         self.translation = TranslatorObjective(preset, translator, images, pairs)
         self.networks: dict[str, nn.Module] = {"ranker": ranker, "translator": translator}
+        self.images = images
 
     def prepare(self) -> None:
         """Nothing: both networks come trained."""
 
-    def steps(self, rng: np.random.Generator) -> Sequence[Callable[[], Tensor]]:
+    def steps(self, rng: np.random.Generator) -> Sequence[Part]:
         """One step a chunk of pairs."""
-        chunks = pair_chunks(self.ranking.training, self.rates.batch, rng)
-        return [partial(self._loss, chunk, rng) for chunk in chunks]
+        return pair_steps(self.ranking.training, self.rates.batch, self.preset.translation.size, self.preset, rng)
 
-    def _loss(self, chunk: Sequence[Pair], rng: np.random.Generator) -> Tensor:
-        loaded = load_pairs(self.ranking.images, chunk, self.preset.translation.size)
-        loaded = loaded.to(device_of(self.ranking.ranker))
-        pairs = replace(loaded, batch=vary(loaded.batch, self.preset.variation, rng))
+    def loss(self, pairs: PairBatch) -> Tensor:
+        """The sum of `FinetuneLosses`."""
         losses = finetune_losses(self.ranking.ranker, self.translation.translator, pairs)
         return losses.ranking + losses.merged_ranking + losses.cross_entropy
 
-    def validate(self) -> Measures:
+    def validate(self, examiner: Examiner) -> Measures:
         """The measures of both networks."""
-        return {**self.ranking.validate(), **self.translation.validate()}
+        return {**self.ranking.validate(examiner), **self.translation.validate(examiner)}
 
     def loss_of(self, measures: Measures) -> float:
         """The sum of both networks' losses."""
@@ -212,8 +219,19 @@ def finetune_losses(ranker: RankingModule, translator: TranslationBranch, pairs:
     return FinetuneLosses(
         ranking=ranking_loss(scores[pairs.better], scores[pairs.worse]),
         merged_ranking=ranking_loss(scores[place], scores[pairs.worse]),
-        cross_entropy=cross_entropy(logits, batch.drawings[best]),
+        cross_entropy=cross_entropy(logits, batch.drawings[best], pairs.emphasis),
     )
+
+
+def pair_steps(
+    pairs: Sequence[Pair], batch: int, size: int, preset: Preset, rng: np.random.Generator
+) -> list[PairPart]:
+    """The steps of one pass over ranking pairs: about `batch` a step, each view in a pose of its own."""
+    chunks = pair_chunks(pairs, batch, rng)
+    return [
+        PairPart(tuple(c), size, draw_poses(list(dict.fromkeys(p.item for p in c)), preset.variation, size, rng))
+        for c in chunks
+    ]
 
 
 def score_batch(ranker: RankingModule, batch: Batch) -> Tensor:
@@ -224,27 +242,33 @@ def score_batch(ranker: RankingModule, batch: Batch) -> Tensor:
 
 
 @torch.no_grad()
-def judge_pairs(ranker: RankingModule, images: ViewImages, pairs: Sequence[Pair], batch: int) -> Measures:
+def judge_pairs(ranker: RankingModule, pairs: Sequence[Pair], batch: int, examiner: Examiner) -> Measures:
     """Pair accuracy and mean hinge loss on some pairs; empty without pairs."""
     if not pairs:
         return {}
-    better, worse = [], []
     ranker.eval()
-    for chunk in even_chunks(sorted(pairs, key=lambda pair: pair.item), batch):
-        loaded = load_pairs(images, chunk, ranker.dims.size).to(device_of(ranker))
-        scores = score_batch(ranker, loaded.batch)
-        better.append(scores[loaded.better])
-        worse.append(scores[loaded.worse])
-    first, second = torch.cat(better), torch.cat(worse)
-    return {"accuracy": pair_accuracy(first, second), "hinge": float(ranking_loss(first, second))}
+
+    def scores(stored: StoredPairs) -> Tensor:
+        loaded = stored.on(device_of(ranker))
+        found = score_batch(ranker, loaded.batch)
+        return torch.stack([found[loaded.better], found[loaded.worse]])
+
+    chunks = even_chunks(sorted(pairs, key=lambda pair: pair.item), batch)
+    answers = examiner.answers([PairPart(tuple(chunk), ranker.dims.size, {}) for chunk in chunks], scores)
+    better, worse = torch.cat(answers, dim=1)
+    return {"accuracy": pair_accuracy(better, worse), "hinge": float(ranking_loss(better, worse))}
 
 
 @torch.no_grad()
-def judge_views(translator: TranslationBranch, images: ViewImages, views: Sequence[tuple[Item, int]]) -> Measures:
+def judge_views(translator: TranslationBranch, views: Sequence[tuple[Item, int]], examiner: Examiner) -> Measures:
     """Mean cross-entropy on some views' best drawings; empty without views."""
     if not views:
         return {}
     translator.eval()
-    batches = (load_batch(images, [view], translator.dims.size).to(device_of(translator)) for view in views)
-    losses = [cross_entropy(translator.logits(b.maps), b.drawings) for b in batches]
-    return {"cross_entropy": float(torch.stack(losses).mean())}
+
+    def loss(stored: Stored) -> Tensor:
+        batch = stored.on(device_of(translator))
+        return cross_entropy(translator.logits(batch.maps), batch.drawings)
+
+    answers = examiner.answers([ViewPart((view,), translator.dims.size, {}) for view in views], loss)
+    return {"cross_entropy": float(torch.stack(answers).mean())}

@@ -1,7 +1,7 @@
 """Training of the ranker on plain numbers, and how much it counts beside its habit and the ranking module."""
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
@@ -26,7 +26,9 @@ from ncmodel.parsing import parse_json
 from ncmodel.progress import Progress, silent
 from ncmodel.training.batches import load_pairs
 from ncmodel.training.dataset import ViewImages
-from ncmodel.training.objectives import Measures, score_batch
+from ncmodel.training.loader import Examiner
+from ncmodel.training.objectives import score_batch
+from ncmodel.training.state import Measures
 from ncmodel.types import Floats, Ints, Mask
 
 HABIT_VIEWS = 512
@@ -111,11 +113,38 @@ def _medoids(path: Path) -> Ints:
     return medoids
 
 
+@dataclass(frozen=True, eq=False)
+class Votes:
+    """Pairs that are looked at at once; there are no pictures to load.
+
+    Attributes:
+        chosen: (E, B) which pairs each of the E networks looks at.
+    """
+
+    chosen: Tensor
+
+    def __len__(self) -> int:
+        return 1
+
+    def cut(self, count: int) -> "list[Votes]":
+        """This: one example, of all networks."""
+        return [self]
+
+    def load(self, images: None) -> "Votes":
+        """This."""
+        return self
+
+    def on(self, device: torch.device) -> Tensor:
+        """The pairs."""
+        return self.chosen.to(device)
+
+
 class StatisticsObjective:
     """Logistic loss (Bradley and Terry's) on pairs of drawings, by their numbers alone."""
 
     name = "statistics"
     pretrained = False
+    images = None
 
     def __init__(
         self,
@@ -142,20 +171,20 @@ class StatisticsObjective:
         """Measure the numbers' scales."""
         self.ranker.fit_scales(torch.cat(self._training))
 
-    def steps(self, rng: np.random.Generator) -> Sequence[Callable[[], Tensor]]:
+    def steps(self, rng: np.random.Generator) -> Sequence[Votes]:
         """Steps of one pass; each network goes through the pairs in an order of its own."""
         torch.manual_seed(int(rng.integers(2**31)))  # for dropout
         count = len(self._training[0])
         order = torch.from_numpy(np.stack([rng.permutation(count) for _ in range(self.ranker.dims.networks)]))
-        return [partial(self._loss, part) for part in torch.split(order, self.rates.batch, dim=1)]
+        return [Votes(part) for part in torch.split(order, self.rates.batch, dim=1)]
 
-    def _loss(self, chosen: Tensor) -> Tensor:
+    def loss(self, chosen: Tensor) -> Tensor:
         """The networks' mean loss, each on its own (E, B) pairs."""
         better, worse = (self.ranker.votes(numbers[chosen]) for numbers in self._training)
         return nn.functional.softplus(worse - better).mean()
 
     @torch.no_grad()
-    def validate(self) -> Measures:
+    def validate(self, examiner: Examiner) -> Measures:
         """Pair accuracy and mean logistic loss."""
         if not len(self._held_out[0]):
             return {}
@@ -227,7 +256,7 @@ def picture_margins(ranker: RankingModule, images: ViewImages, pairs: Sequence[P
     margins = np.zeros(len(pairs))
     for item in sorted({pair.item for pair in pairs}):
         rows = [number for number, pair in enumerate(pairs) if pair.item == item]
-        loaded = load_pairs(images, [pairs[row] for row in rows], ranker.dims.size)
+        loaded = load_pairs(images, [pairs[row] for row in rows], ranker.dims.size).on(torch.device("cpu"))
         scores = score_batch(ranker, loaded.batch)
         margins[rows] = (scores[loaded.better] - scores[loaded.worse]).double().numpy()
     return margins

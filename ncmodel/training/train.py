@@ -1,15 +1,16 @@
 """Training, from a data folder and ranking pairs to a checkpoint.
 
-Beside CHECKPOINT lie CHECKPOINT.history.json (losses and measures of every pass) and, for each stage that was trained,
-CHECKPOINT.STAGE.state (what it needs to go on).
+Beside CHECKPOINT lie CHECKPOINT.history.json (losses and measures of every pass), if wanted CHECKPOINT.curves.html (the
+same as curves, while training runs too) and, for each stage that was trained, CHECKPOINT.STAGE.state (what it needs to
+go on).
 """
 
 import copy
 import hashlib
 import json
 import time
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
@@ -24,61 +25,26 @@ from ncmodel.errors import ArgumentError, InputError, UsageError
 from ncmodel.files import write_text
 from ncmodel.nets.blocks import WIDE, initialise, threads_for
 from ncmodel.nets.checkpoints import Checkpoint, load_checkpoint, save_checkpoint
-from ncmodel.nets.devices import device_named
 from ncmodel.nets.presets import Preset
 from ncmodel.nets.ranking import RankingModule
 from ncmodel.nets.statistics_ranker import StatisticsRanker
 from ncmodel.nets.translation import TranslationBranch
 from ncmodel.parsing import parse_json
 from ncmodel.progress import Progress, silent
-from ncmodel.training.dataset import ViewImages, read_training_pairs
-from ncmodel.training.loop import STAGES, Plan, Progressed, fit
-from ncmodel.training.objectives import (
-    FinetuneObjective,
-    Measures,
-    Objective,
-    RankerObjective,
-    TranslatorObjective,
-)
+from ncmodel.training.curves import Curves
+from ncmodel.training.dataset import ViewImages, read_training_pairs, validation_notes
+from ncmodel.training.loop import STAGES, Means, Plan, fit
+from ncmodel.training.objectives import Objective
+from ncmodel.training.options import TrainOptions as TrainOptions  # callers find it beside `run_training`
+from ncmodel.training.own import OBJECTIVES, objective_named
+from ncmodel.training.processes import Team, team_of
+from ncmodel.training.state import Measures, Progressed
 from ncmodel.training.statistics import DrawingNumbers, StatisticsObjective, learn_habit, learn_mix
 
 N = TypeVar("N", bound=nn.Module)
 
 TIME_SHARES = {"ranker": 0.5, "translator": 0.33, "finetune": 0.12, "statistics": 0.05}
 """How a budget of seconds is split among the stages that run."""
-
-
-@dataclass(frozen=True)
-class TrainOptions:
-    """How to train.
-
-    Attributes:
-        stages: Some of "ranker", "translator", "finetune", "statistics", in this order; what the preset has by default.
-        epochs: Passes over the data in each stage, those of earlier runs included; the preset's numbers by default.
-        seconds: Stop early after this long; the stages get shares of it. How far a machine gets in a time varies, so
-            only training without it is reproducible.
-        seed: Of initial weights, order and variation.
-        restart: Forget an earlier training that wrote to the same place.
-        device: Where to compute: "cpu", "cuda", or another of torch's devices.
-    """
-
-    stages: tuple[str, ...] | None = None
-    epochs: int | None = None
-    seconds: float | None = None
-    seed: int = 0
-    restart: bool = False
-    device: str = "cpu"
-
-    def __post_init__(self) -> None:
-        if self.stages is not None and not (self.stages and set(self.stages) <= set(STAGES)):
-            raise ArgumentError("stages", repr(",".join(self.stages)), f"all or one of {', '.join(STAGES)}")
-        if self.epochs is not None and self.epochs < 1:
-            raise ArgumentError("epochs", str(self.epochs), "at least 1")
-        if self.seconds is not None and not self.seconds > 0:
-            raise ArgumentError("seconds", str(self.seconds), "a positive number")
-        if self.seed < 0:
-            raise ArgumentError("seed", str(self.seed), "0 or more")
-        device_named(self.device)
 
 
 @dataclass(frozen=True)
@@ -110,6 +76,7 @@ class TrainReport:
         pairs: Number of pairs by split.
         stages: What each stage did, in order.
         history: Stage -> one record a pass: "epoch", "loss", and the validation measures.
+        notes: What the reader must know: held-out views too few to choose by.
     """
 
     checkpoint: str
@@ -117,6 +84,7 @@ class TrainReport:
     pairs: dict[str, int]
     stages: list[StageReport]
     history: dict[str, list[dict[str, Any]]]
+    notes: list[str] = field(default_factory=list)
 
     def to_record(self) -> dict[str, Any]:
         """JSON-ready values."""
@@ -130,8 +98,11 @@ def run_training(
     preset: Preset,
     options: TrainOptions,
     progress: Progress = silent,
+    tell: Callable[[str], None] = lambda _: None,
 ) -> TrainReport:
     """Train some stages; write checkpoint, history and states. What an earlier run has done already is not done again.
+
+    Under torchrun all processes train together; the first one writes, and only its report is whole.
 
     Args:
         data: DATA_DIR.
@@ -140,6 +111,7 @@ def run_training(
         preset: Which networks, and their rates.
         options: How to train.
         progress: Is told about every pass.
+        tell: Is told what the report has as notes, before the first pass.
 
     Raises:
         InputError: The data or an earlier checkpoint can't be used.
@@ -155,36 +127,51 @@ def run_training(
         raise ArgumentError(
             "stages", repr(",".join(options.stages)), f"what {preset.name!r} has: {', '.join(preset.stages)}"
         )
-    run = _Run(Path(out), preset, options, images, read)
-    for name in run.stages:
-        run.stage(name, progress)
-    return TrainReport(str(out), preset.name, run.counts, run.reports, run.history)
+    with team_of(torch.device(options.own_device)) as team:
+        run = _Run(Path(out), preset, options, images, read, team)
+        for name in run.stages:
+            run.stage(name, progress if team.leads else silent, tell)
+        if run.curves:
+            run.curves.finish(run.history)
+    return TrainReport(str(out), preset.name, run.counts, run.reports, run.history, run.notes)
 
 
 class _Run:
     """One call of `run_training`: the networks so far, and what its stages have reported."""
 
     def __init__(
-        self, out: Path, preset: Preset, options: TrainOptions, images: ViewImages, pairs: Sequence[Pair]
+        self,
+        out: Path,
+        preset: Preset,
+        options: TrainOptions,
+        images: ViewImages,
+        pairs: Sequence[Pair],
+        team: Team,
     ) -> None:
         self.out, self.preset, self.options, self.images, self.pairs = out, preset, options, images, pairs
+        self.team, self.notes = team, validation_notes(pairs)
+        self.own = None if options.objective is None else objective_named(options.objective)
         self.stages = options.stages or preset.stages
         splits = [pair.split for pair in pairs]
         self.counts = {split: splits.count(split) for split in ("train", "validation")}
         self.reports: list[StageReport] = []
         self.history: dict[str, list[dict[str, Any]]] = {}
         self.history_file = out.with_name(f"{out.name}.history.json")
+        page = out.with_name(f"{out.name}.curves.html")
+        self.curves = Curves(page, self.notes) if options.curves and team.leads else None
+        self._told = not team.leads
         self.checkpoint = Checkpoint(preset)
         if out.exists() and not (options.restart and self.stages == preset.stages):
             self._take_over()
         if options.restart:
             for name in self.stages:
                 self._forget(name)
+        self.team.wait()
 
     @cached_property
     def _pictures(self) -> str:
         """What the pairs show: drawings and maps that were made again aren't those that an earlier run learnt from."""
-        return self.images.checksum(self.pairs)[:8]
+        return self.team.firsts(self.images.checksum(self.pairs)[:8] if self.team.leads else "")
 
     @property
     def records(self) -> dict[str, Any]:
@@ -196,14 +183,31 @@ class _Run:
         """Where a stage keeps what it needs to go on."""
         return self.out.with_name(f"{self.out.name}.{stage}.state")
 
-    def stage(self, name: str, progress: Progress) -> None:
-        """Run one stage to its end and write the checkpoint."""
+    def stage(self, name: str, progress: Progress, tell: Callable[[str], None]) -> None:
+        """Run one stage to its end and write the checkpoint.
+
+        The ranker on numbers is trained by the first process alone: it takes moments.
+        """
+        plan = self._plan(name)
+        if self.team.leads or name != "statistics":
+            self._train(name, plan, progress, tell)
+        self.team.wait()  # until the files are there that the next stage looks for
+
+    def _train(self, name: str, plan: Plan, progress: Progress, tell: Callable[[str], None]) -> None:
         begin = time.monotonic()
         objective = self._objective(name, progress)
+
+        def watch(done: Progressed) -> None:
+            for note in () if self._told else self.notes:
+                tell(note)
+            self._told = True
+            if self.curves and done.history:
+                self.curves.show({**self.history, name: done.history})
+
         # The image branch doubles its few channels four times: its inner layers are wide enough for all threads.
         width = WIDE if name == "translator" else self.preset.ranking.width
         with threads_for(width):
-            done = fit(objective, self._plan(name), progress)
+            done = fit(objective, plan, progress, watch)
             if isinstance(objective, StatisticsObjective):
                 learn_habit(objective)
                 learn_mix(objective, self.checkpoint.ranker, self.images)
@@ -217,7 +221,9 @@ class _Run:
         self.checkpoint = load_checkpoint(self.out)
         if self.checkpoint.preset != self.preset:
             found = f"holds networks of preset {self.checkpoint.preset.name!r}"
-            raise InputError(self.out, found, f"preset {self.preset.name!r}, or a file that isn't there yet")
+            alike = self.checkpoint.preset.name == self.preset.name
+            wanted = "the same settings of it" if alike else f"preset {self.preset.name!r}"
+            raise InputError(self.out, found, f"{wanted}, or a file that isn't there yet")
         if self.history_file.exists():
             try:
                 self.history = parse_json(self.history_file.read_text(encoding="utf-8"))
@@ -229,7 +235,8 @@ class _Run:
     def _forget(self, stage: str) -> None:
         if stage == "statistics":
             self.checkpoint.statistics = None
-        self.state_file(stage).unlink(missing_ok=True)
+        if self.team.leads:
+            self.state_file(stage).unlink(missing_ok=True)
         self.records.pop(stage, None)
 
     def _plan(self, stage: str) -> Plan:
@@ -241,11 +248,15 @@ class _Run:
             "pairs": f"{len(self.pairs)} {_short_hash(pairs)}",
             "pictures": self._pictures,
         }
+        if self.own and self.own.name == stage:
+            settings["objective"] = f"{self.own.__module__}:{self.own.__qualname__}"
         rates = self.preset.rates(stage)
         seconds = self.options.seconds
         if seconds is not None:
             seconds *= TIME_SHARES[stage] / sum(TIME_SHARES[name] for name in self.stages)
-        return Plan(self.state_file(stage), settings, self.options.epochs or rates.epochs, self.options.seed, seconds)
+        means = Means() if stage == "statistics" else self.options.means(self.team)
+        epochs = self.options.epochs or rates.epochs
+        return Plan(self.state_file(stage), settings, epochs, self.options.seed, seconds, means)
 
     def _objective(self, stage: str, progress: Progress) -> Objective:
         """What a stage trains: new networks, which `fit` brings to where their state says, or those to finetune."""
@@ -254,19 +265,22 @@ class _Run:
             assert self.preset.statistics is not None, "else it isn't among the preset's stages"
             counting = self._new(StatisticsRanker(self.preset.statistics), stage, "cpu")
             return StatisticsObjective(self.preset, counting, DrawingNumbers(self.images.data), self.pairs, progress)
+        objective: Callable[..., Objective] = OBJECTIVES[stage]
+        if self.own and self.own.name == stage:
+            objective = self.own
         if stage == "ranker":
             ranker = RankingModule(self.preset.ranking, self.preset.inputs)
-            return RankerObjective(self.preset, self._new(ranker, stage), *shared)
+            return objective(self.preset, self._new(ranker, stage), *shared)
         if stage == "translator":
             translator = TranslationBranch(self.preset.translation, self.preset.inputs)
-            return TranslatorObjective(self.preset, self._new(translator, stage), *shared)
+            return objective(self.preset, self._new(translator, stage), *shared)
         trained = copy.deepcopy(self.checkpoint)
         for network in trained.networks.values():
-            network.to(self.options.device)
+            network.to(self.options.own_device)
         if trained.ranker is None or trained.translator is None:
             missing = "ranker" if trained.ranker is None else "translator"
             raise UsageError(f"{self.out}: finetuning needs both networks; train the {missing} first")
-        return FinetuneObjective(self.preset, trained.ranker, trained.translator, *shared)
+        return objective(self.preset, trained.ranker, trained.translator, *shared)
 
     def _new(self, network: N, stage: str, device: str | None = None) -> N:
         """A network with the weights that the seed gives it."""
@@ -279,7 +293,7 @@ class _Run:
             network.initialise(generator)
         else:
             initialise(network, generator)
-        return network.to(device or self.options.device)
+        return network.to(device or self.options.own_device)
 
     def _keep(self, objective: Objective, done: Progressed) -> None:
         """Put a stage's networks into the checkpoint. What was trained on earlier ones is void."""
@@ -297,6 +311,8 @@ class _Run:
             "validation": done.validation,
         }
         self.history[objective.name] = done.history
+        if not self.team.leads:
+            return
         save_checkpoint(self.out, self.checkpoint)
         write_text(self.history_file, json.dumps(self.history, indent=1, sort_keys=True, allow_nan=False) + "\n")
 

@@ -16,6 +16,10 @@ MICRO = Preset(
 """Small enough to train in moments; what is tested with it doesn't depend on size."""
 
 
+class Interrupted(Exception):
+    """What tests break a training off with."""
+
+
 def run(data: Path, out: Path, **options: object) -> TrainReport:
     """Train on a data folder's own pairs; options as `TrainOptions` has them."""
     return run_training(data, data / "pairs.jsonl", out, MICRO, TrainOptions(**options))  # type: ignore[arg-type]

@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 from starlette.applications import Starlette
+from starlette.responses import PlainTextResponse
 from starlette.testclient import TestClient
+from starlette.types import Receive, Scope, Send
 
 from dataset_tools.site.security import MAX_BODY, Guard, headers
 from tests.helpers.site_client import answer, app, begin, page_secret
@@ -75,6 +77,45 @@ def test_cookies_are_for_tls_only_behind_a_public_address(batch: Path, tmp_path:
     assert reply.status_code == 303
     assert "secure" in reply.headers["set-cookie"].lower()
     site.state.store.close()
+
+
+def test_only_the_public_address_and_the_machine_itself_are_this_site(batch: Path, tmp_path: Path) -> None:
+    site = app(batch, tmp_path, public_url="https://study.example")
+    for host, origin, status in (
+        ("study.example", "https://study.example", 303),
+        ("127.0.0.1:8000", "http://127.0.0.1:8000", 303),
+        ("evil.example", "http://evil.example", 403),
+        ("evil.example", "https://study.example", 303),
+    ):
+        client = TestClient(site, base_url=f"http://{host}", follow_redirects=False)
+        sent = {"PROLIFIC_PID": f"p{host[0]}{len(origin)}", "agree": "yes"}
+        assert client.post("/start", data=sent, headers={"Origin": origin}).status_code == status, (host, origin)
+    assert "location" not in TestClient(site, "http://evil.example", follow_redirects=False).get("/questions/").headers
+    site.state.store.close()
+
+
+@pytest.mark.parametrize(
+    ("proxies", "sent", "client"),
+    [
+        (0, ["9.9.9.9"], "testclient"),
+        (1, ["9.9.9.9"], "9.9.9.9"),
+        (1, ["1.1.1.1, 9.9.9.9"], "9.9.9.9"),
+        (1, ["1.1.1.1", "9.9.9.9"], "9.9.9.9"),
+        (2, ["1.1.1.1, 9.9.9.9, 8.8.8.8"], "9.9.9.9"),
+        (2, ["9.9.9.9"], "testclient"),
+        (1, [], "testclient"),
+    ],
+)
+def test_so_many_proxies_are_believed_and_no_more(proxies: int, sent: list[str], client: str) -> None:
+    seen: list[str] = []
+
+    async def page(scope: Scope, receive: Receive, send: Send) -> None:
+        seen.append(scope["client"][0])
+        await PlainTextResponse("ok")(scope, receive, send)
+
+    headers = [("X-Forwarded-For", value) for value in sent]
+    assert TestClient(Guard(page, proxies=proxies)).get("/", headers=headers).text == "ok"
+    assert seen == [client]
 
 
 def test_slow_bodies_are_cut_off() -> None:

@@ -15,8 +15,17 @@ from pathlib import Path
 
 import pytest
 
+from dataset_tools.site.database import Policy
 from dataset_tools.site.participant_pages import Settings
-from dataset_tools.site.server import _listening, read_consent, read_token, site_parameters
+from dataset_tools.site.server import (
+    SiteFiles,
+    _listening,
+    _open_files,
+    make_app,
+    read_consent,
+    read_token,
+    site_parameters,
+)
 from ncmodel.errors import InputError, UsageError
 
 
@@ -98,3 +107,16 @@ def test_where_it_listens_as_json(batch: Path, tmp_path: Path) -> None:
     assert found["requester"].endswith("/admin")
     assert Path(found["token"]).read_text().strip()
     assert any("chmod 600" in note for note in found["notes"])
+
+
+def test_files_that_others_can_open_are_told(batch: Path, tmp_path: Path) -> None:
+    files = SiteFiles(shutil.copytree(batch, tmp_path / "batch"), tmp_path / "db", tmp_path / "token")
+    made, store = make_app(files, Settings(), Policy())
+    assert made.routes
+    store.close()
+    (files.batch_dir / "key.json").chmod(0o600)
+    assert list(_open_files(files)) == []
+    for path in (files.batch_dir / "key.json", files.database, files.token):
+        path.chmod(0o640)
+        assert [str(path) in note for note in _open_files(files)] == [True]
+        path.chmod(0o600)

@@ -10,6 +10,7 @@ from ncmodel.data.pairs import read_pairs
 from ncmodel.model.calibration import RECORD, calibrate, calibrate_file, preference_of
 from ncmodel.nets.checkpoints import load_checkpoint
 from ncmodel.training.dataset import ViewImages
+from ncmodel.training.loader import Examiner, Loader
 from ncmodel.training.objectives import judge_pairs
 from tests.helpers.micro_training import run
 from tests.helpers.training_data import make_data
@@ -63,7 +64,7 @@ def test_pictures_are_scored_as_in_training(root: Path) -> None:
     ranker = load_checkpoint(root / "model.safetensors").ranker
     assert ranker is not None
     pairs = [pair for pair in read_pairs(root / "pairs.jsonl") if pair.split == "validation"]
-    judged = judge_pairs(ranker, ViewImages(DataFolder(root), [ranker.dims.size]), pairs, batch=16)
+    judged = judge_pairs(ranker, pairs, 16, Examiner(Loader(ViewImages(DataFolder(root), [ranker.dims.size]))))
     found = calibrate(ranker, DataFolder(root), pairs)
     votes = sum(part["votes"] for part in found["bins"])
     share = sum(part["observed"] * part["votes"] for part in found["bins"]) / votes

@@ -2,7 +2,9 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
+import trimesh
 
 from ncmodel.cli.main import main
 from ncmodel.errors import UsageError
@@ -11,7 +13,7 @@ from ncmodel.model.predictor import Model, load_model
 from ncmodel.nets.checkpoints import Checkpoint
 from ncmodel.nets.ranking import RankingModule
 from ncmodel.nets.shipped import DEFAULT_PATH, checkpoint_path
-from ncmodel.types import Mesh
+from ncmodel.types import LineFamily, Mesh
 from tests.helpers.micro_training import MICRO
 from tests.helpers.views import bumpy, orbited
 
@@ -58,3 +60,15 @@ def test_a_model_that_does_not_count_ink_can_not_draw_at_once() -> None:
     model = Model(Checkpoint(MICRO, ranker=RankingModule(MICRO.ranking)))
     with pytest.raises(UsageError, match=r"preset: found 'instant', expected draft, balanced or accurate"):
         model.choose(orbited(*bumpy(), side=64), budget="instant")
+
+
+@pytest.mark.parametrize("hard", [True, False])
+def test_edges_of_machines_are_always_drawn_and_those_of_sculptures_never(hard: bool) -> None:
+    made = trimesh.creation.cylinder(1.0, 2.0, sections=12) if hard else trimesh.creation.icosphere(2)
+    depth = 0.0 if hard else 0.1
+    vertices = made.vertices * (1.0 + depth * np.random.default_rng(0).uniform(-1.0, 1.0, (len(made.vertices), 1)))
+    view = orbited(vertices, made.faces, side=128)
+    assert len(view.surface.creases()) > 0
+    plan = load_model("default").choose(view, budget="instant")
+    assert (LineFamily.CREASES in plan.families) == hard
+    assert LineFamily.INTERSECTIONS in plan.families

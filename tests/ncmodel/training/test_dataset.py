@@ -14,9 +14,11 @@ from ncmodel.data.pairs import Pair, read_pairs, write_pairs
 from ncmodel.errors import InputError
 from ncmodel.images import read_grey
 from ncmodel.nets.presets import Variation
-from ncmodel.training.batches import even_chunks, load_batch, load_pairs, pair_chunks, shrink, vary
+from ncmodel.training.batches import Pose, draw_poses, even_chunks, load_batch, load_pairs, pair_chunks, shrink
 from ncmodel.training.dataset import ViewImages, read_training_pairs
 from tests.helpers.training_data import SIDE, make_data
+
+CPU = torch.device("cpu")
 
 
 @pytest.fixture(scope="module")
@@ -50,14 +52,26 @@ def test_maps_and_drawings_are_fitted_into_squares(data: Path) -> None:
 
 
 def test_memory_stays_within_the_cache(data: Path) -> None:
-    bytes_of_a_file = 2 * SIDE * SIDE
-    folder = ViewImages(DataFolder(data), (SIDE,), cache_bytes=4 * bytes_of_a_file)
     items = [Item(f"s{shape:03d}", str(view)) for shape in range(3) for view in range(2)]
-    first = [folder.maps(item, SIDE) for item in items]
-    assert len(folder._cache) == 4
-    for item, maps in zip(items, first, strict=True):
-        np.testing.assert_array_equal(folder.maps(item, SIDE), maps)
-    assert sum(image.nbytes for images in folder._cache.values() for image in images.values()) <= 4 * bytes_of_a_file
+    unbounded = ViewImages(DataFolder(data), (SIDE,))
+    first = [unbounded.maps(item, SIDE) for item in items]
+    kept = [len(image) for images in unbounded._cache.values() for image in images.values()]
+    assert len(kept) == 7 * len(items)
+    bound = 4 * max(kept)
+    folder = ViewImages(DataFolder(data), (SIDE,), cache_bytes=bound)
+    for _ in range(2):
+        for item, maps in zip(items, first, strict=True):
+            np.testing.assert_array_equal(folder.maps(item, SIDE), maps)
+            np.testing.assert_array_equal(unbounded.maps(item, SIDE), maps)
+            assert sum(len(image) for images in folder._cache.values() for image in images.values()) <= bound
+    assert len(folder._cache) >= 4
+
+
+def test_kept_views_are_compressed(data: Path) -> None:
+    folder = ViewImages(DataFolder(data), (SIDE,))
+    folder.drawing(Item("s000", "0"), 3, SIDE)
+    (kept,) = folder._cache.values()
+    assert len(kept[SIDE]) < 0.2 * 2 * SIDE * SIDE
 
 
 def test_a_cache_too_small_for_anything_still_works(data: Path) -> None:
@@ -97,7 +111,7 @@ def test_an_epoch_holds_every_pair_once_in_an_order_of_its_own(data: Path) -> No
 
 def test_a_drawing_that_is_in_many_pairs_is_loaded_once(data: Path) -> None:
     pairs = [pair for pair in read_pairs(data / "pairs.jsonl") if pair.item.shape == "s001"]
-    loaded = load_pairs(ViewImages(DataFolder(data), (16,)), pairs, 16)
+    loaded = load_pairs(ViewImages(DataFolder(data), (16,)), pairs, 16).on(CPU)
     assert loaded.batch.maps.shape == (2, 7, 16, 16)
     assert loaded.batch.drawings.shape == (16, 1, 16, 16)
     folder = ViewImages(DataFolder(data), (16,))
@@ -108,17 +122,25 @@ def test_a_drawing_that_is_in_many_pairs_is_loaded_once(data: Path) -> None:
 
 
 def test_variation_moves_maps_and_drawings_together(data: Path) -> None:
-    folder, item = ViewImages(DataFolder(data), (SIDE,)), Item("s002", "0")
-    batch = load_batch(folder, [(item, 0)], SIDE)
-    # A drawing that is the depth map itself must stay so, wherever both go.
-    batch = replace(batch, drawings=1.0 - batch.maps[:, :1])
+    item = Item("s002", "0")
+    folder = ViewImages(DataFolder(data), (SIDE,), inputs=("depth",))
+    plain = load_batch(folder, [(item, 0)], SIDE).on(CPU)
     seen = set()
     for seed in range(40):
-        varied = vary(batch, Variation(quarter_turns=True), np.random.default_rng(seed))
-        torch.testing.assert_close(varied.drawings, 1.0 - varied.maps[:, :1])
-        torch.testing.assert_close(varied.drawings.sum(), batch.drawings.sum())  # the margin keeps all in frame
+        poses = draw_poses([item], Variation(quarter_turns=True), SIDE, np.random.default_rng(seed))
+        varied = load_batch(folder, [(item, 0)], SIDE, poses).on(CPU)
+        for varied_one, plain_one in ((1.0 - varied.maps, 1.0 - plain.maps), (varied.drawings, plain.drawings)):
+            undone = _undone(poses[item], varied_one[0, 0])
+            torch.testing.assert_close(undone, plain_one[0, 0])  # the margin keeps all in frame
         seen.add(varied.drawings.numpy().tobytes())
     assert len(seen) >= 35
+
+
+def _undone(pose: Pose, image: torch.Tensor) -> torch.Tensor:
+    """A picture with nothing at its rim, back from its pose."""
+    back = image.roll((-pose.down, -pose.right), (0, 1))
+    back = back.flip(-1) if pose.mirror else back
+    return back.rot90(-pose.turns, (0, 1))
 
 
 @pytest.mark.parametrize(
@@ -131,22 +153,22 @@ def test_variation_moves_maps_and_drawings_together(data: Path) -> None:
     ],
 )
 def test_poses_are_those_that_the_variation_allows(data: Path, variation: Variation, expected: Sequence[int]) -> None:
-    batch = load_batch(ViewImages(DataFolder(data), (32,)), [(Item("s002", "0"), 0)], 32)
-    image = batch.drawings[0, 0]
+    folder, item = ViewImages(DataFolder(data), (32,)), Item("s002", "0")
+    image = load_batch(folder, [(item, 0)], 32).on(CPU).drawings[0, 0]
     poses = [turned for turns in range(4) for turned in (image.rot90(turns), image.rot90(turns).flip(-1))]
     counts = [0] * 8
     for seed in range(80):
-        varied = vary(batch, variation, np.random.default_rng(seed)).drawings[0, 0]
+        drawn = draw_poses([item], variation, 32, np.random.default_rng(seed))
+        varied = load_batch(folder, [(item, 0)], 32, drawn).on(CPU).drawings[0, 0]
         (found,) = [number for number, pose in enumerate(poses) if torch.equal(pose, varied)]
         counts[found] += 1
     assert [count > 0 for count in counts] == [number in expected for number in range(8)]
 
 
-def test_variation_is_the_seeds(data: Path) -> None:
-    batch = load_batch(ViewImages(DataFolder(data), (32,)), [(Item("s002", "0"), 0)], 32)
-    first, again = (vary(batch, Variation(quarter_turns=True), np.random.default_rng(9)) for _ in range(2))
-    assert torch.equal(first.maps, again.maps)
-    assert torch.equal(first.drawings, again.drawings)
+def test_variation_is_the_seeds() -> None:
+    items = [Item(f"s{shape:03d}", "0") for shape in range(5)]
+    drawn = [draw_poses(items, Variation(quarter_turns=True), 32, np.random.default_rng(seed)) for seed in (9, 9, 8)]
+    assert drawn[0] == drawn[1] != drawn[2]
 
 
 def test_shrinking_averages() -> None:

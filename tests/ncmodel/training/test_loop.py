@@ -13,16 +13,12 @@ from ncmodel.errors import UsageError
 from ncmodel.nets.checkpoints import load_checkpoint, load_tensors
 from ncmodel.nets.presets import Rates
 from ncmodel.progress import Advance
-from ncmodel.training.loop import STATE_KIND
+from ncmodel.training.state import STATE_KIND
 from ncmodel.training.train import TrainOptions, run_training
-from tests.helpers.micro_training import MICRO, run
+from tests.helpers.micro_training import MICRO, Interrupted, run
 from tests.helpers.training_data import make_data
 
 pytestmark = pytest.mark.usefixtures("one_thread")
-
-
-class Interrupted(Exception):
-    pass
 
 
 @contextmanager

@@ -28,7 +28,9 @@ def test_finetuning_reaches_the_translator_through_the_merged_drawing(data: Path
     ranker, translator = RankingModule(MICRO.ranking), TranslationBranch(MICRO.translation)
     for network in (ranker, translator):
         initialise(network, torch.Generator().manual_seed(0))
-    pairs = load_pairs(ViewImages(DataFolder(data), (32,)), read_pairs(data / "pairs.jsonl")[:14], 32)
+    pairs = load_pairs(ViewImages(DataFolder(data), (32,)), read_pairs(data / "pairs.jsonl")[:14], 32).on(
+        torch.device("cpu")
+    )
     # In evaluation mode, where drawings of a batch don't influence each other through its statistics.
     losses = finetune_losses(ranker.eval(), translator, pairs)
     for loss, reached in ((losses.ranking, False), (losses.merged_ranking, True), (losses.cross_entropy, True)):
@@ -40,7 +42,9 @@ def test_a_translator_that_draws_nothing_leaves_the_ranking_loss_as_it_is(data: 
     ranker, translator = RankingModule(MICRO.ranking), TranslationBranch(MICRO.translation).eval()
     translator.expect_ink(0.0)
     translator.layers[-1].weight.data.zero_()  # type: ignore[operator]
-    pairs = load_pairs(ViewImages(DataFolder(data), (32,)), read_pairs(data / "pairs.jsonl")[:7], 32)
+    pairs = load_pairs(ViewImages(DataFolder(data), (32,)), read_pairs(data / "pairs.jsonl")[:7], 32).on(
+        torch.device("cpu")
+    )
     losses = finetune_losses(ranker.eval(), translator, pairs)
     torch.testing.assert_close(losses.merged_ranking, losses.ranking, rtol=1e-3, atol=1e-3)
 

@@ -23,6 +23,7 @@ from ncmodel.nets.checkpoints import load_checkpoint
 from ncmodel.nets.statistics_ranker import StatisticsRanker
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
+from ncmodel.training.loader import Examiner, Loader
 from ncmodel.training.loop import Plan, fit
 from ncmodel.training.statistics import (
     DrawingNumbers,
@@ -40,6 +41,8 @@ pytestmark = pytest.mark.usefixtures("one_thread")
 
 SQUARE = replace(CONFIG, width=64, height=64)
 ITEM = Item("s", "0")
+NOBODY = Examiner(Loader(None))
+"""There are no pictures to load."""
 
 
 @pytest.fixture(scope="module")
@@ -146,7 +149,7 @@ def test_damaged_files_are_named(built: Path, tmp_path: Path, name: str, content
 
 
 def test_that_more_ink_is_better_is_learnt_of_pairs(learnt: StatisticsObjective) -> None:
-    measures = learnt.validate()
+    measures = learnt.validate(NOBODY)
     assert measures["accuracy"] > 0.9
     assert learnt.loss_of(measures) < np.log(2) / 2
     assert (learnt.margins() > 0).mean() == pytest.approx(measures["accuracy"])
@@ -176,7 +179,7 @@ def test_without_held_out_pairs_the_mix_stays() -> None:
     objective = objective_of(numbers, ink_pairs(numbers, held_out=(), each=5))
     learn_mix(objective, None, None)
     assert objective.ranker.mix.tolist() == [1.0, 0.0, 0.0]
-    assert objective.validate() == {}
+    assert objective.validate(NOBODY) == {}
 
 
 def test_logistic_weights_are_those_that_votes_were_drawn_with() -> None:

@@ -12,7 +12,7 @@ import torch
 from ncmodel.errors import UsageError
 from ncmodel.nets.checkpoints import load_checkpoint, load_tensors, save_tensors
 from ncmodel.nets.presets import Rates
-from ncmodel.training.loop import STATE_KIND
+from ncmodel.training.state import STATE_KIND
 from ncmodel.training.train import TrainOptions, run_training
 from tests.helpers.micro_training import MICRO, run
 

@@ -1,0 +1,1 @@
+"""How fast networks train and draw on the machine at hand: `python -m eval.throughput -o REPORT`."""
