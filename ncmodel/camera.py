@@ -3,6 +3,7 @@
 import json
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from numbers import Integral, Real
 from pathlib import Path
 from typing import Any
@@ -67,7 +68,7 @@ class Camera:
         if math.dist(self.eye, self.target) < 1e-9 * max(1.0, *map(abs, self.target)):
             raise UsageError(f"camera: eye and target are both {self.eye}, expected two different points")
 
-    @property
+    @cached_property
     def rotation(self) -> Floats:
         """(3, 3) rows are the camera's right, up and backward axes in object space."""
         backward = np.subtract(self.eye, self.target).astype(np.float64)
@@ -84,12 +85,20 @@ class Camera:
 
         Points at or behind the camera plane have a third value <= 0 and meaningless pixels.
         """
-        local = (points - np.asarray(self.eye)) @ self.rotation.T
-        distance = -local[..., 2]
+        x, y, distance = self.local(points)
+        projected = np.empty(points.shape)
         with np.errstate(divide="ignore", invalid="ignore"):
-            u = self.width / 2 + self.focal_pixels * local[..., 0] / distance
-            v = self.height / 2 - self.focal_pixels * local[..., 1] / distance
-        return np.stack([u, v, distance], axis=-1)
+            projected[..., 0] = self.width / 2 + self.focal_pixels * x / distance
+            projected[..., 1] = self.height / 2 - self.focal_pixels * y / distance
+        projected[..., 2] = distance
+        return projected
+
+    def local(self, points: Floats) -> tuple[Floats, Floats, Floats]:
+        """How far (..., 3) points are to the right of the eye, above it and before the camera plane, each (...)."""
+        # One product of matrices is several times as fast as one for each pair of points.
+        axes = (points.reshape(-1, 3) - np.asarray(self.eye)) @ self.rotation.T
+        x, y, backward = axes.T.reshape(3, *points.shape[:-1])
+        return x, y, -backward
 
     def rays(self, pixels: Floats) -> Floats:
         """(N, 3) directions from the eye through (N, 2) pixels, of length 1 along the optical axis."""

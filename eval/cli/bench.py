@@ -21,10 +21,15 @@ Meshes = Annotated[
 Output = Annotated[Path, typer.Option("--output", "-o", help="Folder for bench.json, bench.html and tables (CSV).")]
 Large = Annotated[bool, typer.Option("--large", help="Up to 2 million faces: minutes, and 4 GB.")]
 ModelFile = Annotated[Path | None, typer.Option("--model", help="Trained model, to measure its search for thresholds.")]
-Parts = Annotated[str | None, typer.Option(help="Of speed,presets,coverage,neatness,dataset. (default all)")]
+Parts = Annotated[
+    str | None, typer.Option(help="Of speed,presets,coverage,neatness,dataset,search. (default all but search)")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print all numbers as JSON.")]
 
 PARTS = ("speed", "presets", "coverage", "neatness", "dataset")
+SEARCH = "search"
+"""A part that runs only if asked for: the published schedule takes hours with a large ranking module."""
+
 BUNDLED = 4
 """Bundled meshes that drawings are measured on: bunny, airplane, cow, bone."""
 
@@ -45,9 +50,12 @@ def bench(
     from eval.benchmark.processes import measure_processes
     from eval.benchmark.report import Bench
     from eval.benchmark.scaling import LARGE_SIZES, SIZES, measure_scaling
+    from eval.benchmark.searches import search_part
     from eval.demo.pipeline import bundled_meshes
 
     wanted = _parts(parts)
+    if SEARCH in wanted and model is None:
+        raise ArgumentError("parts", SEARCH, "a model beside it: --model FILE")
     shapes, failures = _meshes(meshes or bundled_meshes()[:BUNDLED])
     sizes = SIZES + LARGE_SIZES if large else SIZES
     trained = _load(model)
@@ -68,6 +76,7 @@ def bench(
                     if "dataset" in wanted
                     else []
                 ),
+                *([search_part(shapes, trained, advance)] if SEARCH in wanted and trained else []),
             ],
             failures=failures,
         )
@@ -81,9 +90,9 @@ def _parts(asked: str | None) -> Sequence[str]:
     if asked is None:
         return PARTS
     names = [name.strip() for name in asked.split(",") if name.strip()]
-    odd = next((name for name in names if name not in PARTS), None)
+    odd = next((name for name in names if name not in (*PARTS, SEARCH)), None)
     if odd is not None or not names:
-        raise ArgumentError("parts", "none" if odd is None else repr(odd), f"some of {','.join(PARTS)}")
+        raise ArgumentError("parts", "none" if odd is None else repr(odd), f"some of {','.join((*PARTS, SEARCH))}")
     return names
 
 
@@ -110,7 +119,7 @@ def _meshes(paths: Sequence[Path]) -> "tuple[list[Mesh], list[str]]":
 def _load(path: Path | None) -> "Model | None":
     if path is None:
         return None
-    from ncmodel.model.predictor import load_model
+    from ncmodel.published.model import load_model
 
     return load_model(path)
 

@@ -92,8 +92,8 @@ def measure_speed(setup: Setup, data: DataFolder, pairs: Sequence[Pair], device:
     try:
         with threads_for(width), Loader(images, setup.workers) as loader:
             return _timed(setup, _objective(setup.stage, preset, images, pairs, device), loader, device, seconds)
-    except torch.OutOfMemoryError:
-        return Speed(setup, batch, failure="out of memory")
+    except (RuntimeError, OSError) as error:  # out of memory, mostly; the other setups are measured all the same
+        return Speed(setup, batch, failure=" ".join(str(error).split())[:80] or type(error).__name__)
     finally:
         if device.type == "cuda":
             torch.cuda.empty_cache()

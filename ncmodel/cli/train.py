@@ -20,6 +20,9 @@ PresetName = Annotated[str, typer.Option("--preset", help="Size of the networks:
 SettingsFile = Annotated[
     Path | None, typer.Option("--settings", help="TOML file with rates, batches, passes and variation of your own.")
 ]
+AsPublished = Annotated[
+    bool, typer.Option("--as-published", help="Leave out what the paper doesn't have: varied views, averaged weights.")
+]
 ImageMaps = Annotated[
     str | None,
     typer.Option(help="The image branch reads these of depth,shaded_0..5,suggestive,ridges,valleys,..."),
@@ -55,6 +58,7 @@ def train(
     output: Output,
     stage: Stage = "all",
     preset: PresetName = "tiny",
+    as_published: AsPublished = False,
     settings: SettingsFile = None,
     image_maps: ImageMaps = None,
     percentile: PercentileOf = None,
@@ -92,7 +96,7 @@ def train(
             objective,
             curves=True,
         )
-        chosen = _preset(preset, settings, image_maps, percentile)
+        chosen = _preset(preset, as_published, settings, image_maps, percentile)
         report = run_training(data, pairs, output, chosen, options, progress, warn).to_record()
     if not leads():
         return
@@ -100,12 +104,14 @@ def train(
     emit(report, as_json, _summary(report))
 
 
-def _preset(name: str, settings: Path | None, image_maps: str | None, percentile: str | None) -> "Preset":
+def _preset(
+    name: str, published: bool, settings: Path | None, image_maps: str | None, percentile: str | None
+) -> "Preset":
     """The preset of that name, with other settings, inputs or units if some are given."""
     from ncmodel.nets.presets import preset_named
-    from ncmodel.training.settings import with_settings
+    from ncmodel.training.settings import as_published, with_settings
 
-    preset = preset_named(name)
+    preset = as_published(preset_named(name)) if published else preset_named(name)
     preset = preset if settings is None else with_settings(preset, settings)
     try:
         if image_maps is not None:

@@ -11,16 +11,18 @@ across that axis which touch the mesh's bounding sphere; the near plane is never
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
 from ncmodel.camera import Camera
 from ncmodel.geometry.normals_areas import Indices
 from ncmodel.jit import kernel
 from ncmodel.types import Floats, Ints, Mesh, ViewBuffers
+
+if TYPE_CHECKING:
+    from embreex.rtcore_scene import EmbreeScene
 
 CHUNK = 1 << 18
 """Rays handed to embree at once: bounds the memory of large pictures without costing time."""
@@ -46,6 +48,17 @@ class Hits:
     distance: Floats
 
 
+def _embree_scene(vertices: NDArray[np.float32], faces: NDArray[np.uint32]) -> "EmbreeScene":
+    """Embree is loaded here: who only computes networks does without a ray tracer."""
+    from embreex.mesh_construction import TriangleMesh
+    from embreex.rtcore_scene import EmbreeScene
+
+    # "Robust" makes edges watertight: without it rays slip through between two faces.
+    scene = EmbreeScene(robust=True)
+    TriangleMesh(scene, vertices, faces.view(np.int32))
+    return scene
+
+
 class RayScene:
     """A mesh ready for rays. Faces are met from both sides, and shared edges let no ray through.
 
@@ -62,9 +75,7 @@ class RayScene:
             used = mesh.used_vertices
             self.centre = (used.min(axis=0) + used.max(axis=0)) / 2
             self.radius = float(np.linalg.norm(used - self.centre, axis=1).max()) or 1.0
-            # "Robust" makes edges watertight: without it rays slip through between two faces.
-            self._scene = EmbreeScene(robust=True)
-            TriangleMesh(self._scene, self._local(mesh.vertices), self.faces.view(np.int32))
+            self._scene = _embree_scene(self._local(mesh.vertices), self.faces)
 
     def hits(self, origins: Floats, directions: Floats) -> Hits:
         """Cast rays.

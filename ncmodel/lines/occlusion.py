@@ -116,10 +116,11 @@ class Occlusion:
         distance = np.linalg.norm(away, axis=1)
         aside = np.cross(away, self.points[segment, 1] - self.points[segment, 0])
         aside *= (self.grace * distance / np.maximum(np.linalg.norm(aside, axis=1), 1e-300))[:, None]
-        free = np.zeros(len(points), dtype=np.bool_)
-        for side in (aside, -aside):
-            free |= self.scene.first_hit(self.eye, away + side)[0] >= distance - self._touch(distance)
-        return free
+        near = distance - self._touch(distance)
+        free = self.scene.first_hit(self.eye, away + aside)[0] >= near
+        rest = np.flatnonzero(~free)
+        free[rest] = self.scene.first_hit(self.eye, (away - aside)[rest])[0] >= near[rest]
+        return np.asarray(free)
 
 
 @kernel

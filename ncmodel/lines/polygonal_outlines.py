@@ -22,12 +22,15 @@ from ncmodel.geometry.raycast import RayScene
 from ncmodel.jit import kernel
 from ncmodel.lines.chaining import connected, shared_ends
 from ncmodel.lines.edges import Edges
-from ncmodel.lines.visibility import SAMPLE_PIXELS, visible_pieces
+from ncmodel.lines.occlusion import SEEN, Occlusion
+from ncmodel.lines.visibility import SAMPLE_PIXELS, in_frame, visible_pieces
 from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mask
 
 NEAR_PIXELS = 3.0
 """Contours lie within this of a fold, and a fold nearer to a drawn line has one. All pixels are those of a picture
 whose shorter side is 768."""
+SMALL_PIXELS = 6.0
+"""On faces of this size, a contour and its fold are seen together or not at all."""
 ROUNDING = 0.5
 """What a point may be off the centre of its pixel, in either direction, where distances are looked up in a picture."""
 STEP = 0.015
@@ -63,10 +66,10 @@ class Polygons(NamedTuple):
     shells: Ints
 
 
-def visible_folds(shape: Polygons, camera: Camera) -> LineSet:
-    """The visible edges whose faces, two at least, all lie on one side of them on the picture, in short pieces.
+def folds(shape: Polygons, camera: Camera) -> LineSet:
+    """The edges whose faces, two at least, all lie on one side of them on the picture, in short pieces.
 
-    Each piece is seen or hidden as a whole.
+    Those in the frame, hidden ones included.
 
     Args:
         shape: The faces.
@@ -75,17 +78,21 @@ def visible_folds(shape: Polygons, camera: Camera) -> LineSet:
     vertices, faces, rings, scene, _ = shape
     turned = _turned(vertices, faces, np.asarray(camera.eye, dtype=np.float64))
     start, end, face = _folds(rings.starts, rings.around, rings.face, turned)
-    folds = Edges(np.stack([start, end], axis=1), face).lines(LineFamily.CONTOURS, vertices)
-    near = _near(camera)
-    return visible_pieces(folds.between(*_pieces(folds, camera, near)), camera, scene, None, 2.0 * near)
+    edges = Edges(np.stack([start, end], axis=1), face).lines(LineFamily.CONTOURS, vertices)
+    framed = in_frame(edges, camera, scene)
+    return framed.between(*_pieces(framed, camera, _near(camera)))
 
 
-def along(lines: LineSet, ends: Sequence[LineSet], camera: Camera) -> tuple[LineSet, LineSet]:
+def along(
+    lines: LineSet, folds: LineSet, boundaries: LineSet, scene: RayScene, camera: Camera
+) -> tuple[LineSet, LineSet]:
     """The segments that are near where faces end from one end to the other; out of the picture all are.
 
     Args:
         lines: Visible contours.
-        ends: All visible folds and boundaries.
+        folds: Pieces of all.
+        boundaries: The visible ones.
+        scene: The faces.
         camera: Where they are seen from.
 
     Returns:
@@ -93,7 +100,16 @@ def along(lines: LineSet, ends: Sequence[LineSet], camera: Camera) -> tuple[Line
     """
     within = max(_near(camera) - ROUNDING, 1.0)
     index, begin, stop = _pieces(lines, camera, within / 2)
-    far = _far(lines.between(index, begin, stop), ends, camera, within)
+    pieces = lines.between(index, begin, stop)
+    # Beside a contour on a small face, a fold of that face needs no rays to tell that it is seen, too.
+    bears = np.zeros(len(scene.faces), np.bool_)
+    corners = camera.project(scene.vertices[scene.faces[lines.face]])[..., :2]
+    small = (np.ptp(corners, axis=1) <= SMALL_PIXELS / NEAR_PIXELS * _near(camera)).all(axis=1)
+    bears[lines.face[small]] = True
+    far = _far(pieces, [folds.take(bears[folds.face]), boundaries], camera, within)
+    rest = np.flatnonzero(far)
+    around = folds.take(~_far(folds, [pieces.take(rest)], camera, 2.0 * _near(camera)))
+    far[rest] = _far(pieces.take(rest), [_seen(around, camera, scene), boundaries], camera, within)
     astray = np.bincount(index, far, len(lines)) > 0
     if not astray.any():
         return lines, lines.take(astray)
@@ -124,15 +140,13 @@ def missing_outlines(
     Before another body they are lines however near it is: there is no going on from one to the other.
 
     Args:
-        folds: Pieces of all that are visible.
+        folds: Pieces of all.
         drawn: The visible lines drawn.
         shape: The faces.
         camera: Where they are seen from.
         shortest: What those before another part of the shape measure at least, in pixels at 768.
         sample_pixels: Distance along the picture of the points at which visibility is decided.
     """
-    if len(folds) == 0:
-        return folds
     far = np.flatnonzero(_far(folds, drawn, camera, _near(camera)))
     step = _step(folds.take(far), shape, camera)
     missing, step = far[step >= STEP], step[step >= STEP]
@@ -140,8 +154,8 @@ def missing_outlines(
     length = np.linalg.norm(pixels[:, 1] - pixels[:, 0], axis=1)
     length[np.isinf(step)] = np.inf
     run = connected(folds.points[missing])
-    long = np.bincount(run, length)[run] >= shortest / NEAR_PIXELS * _near(camera)
-    outlines = folds.take(_with_neighbours(folds.points, missing[long]))
+    long = missing[np.bincount(run, length)[run] >= shortest / NEAR_PIXELS * _near(camera)]
+    outlines = folds.take(_with_neighbours(folds.points, long) if len(long) else long)
     return visible_pieces(outlines, camera, shape.scene, None, sample_pixels)
 
 
@@ -162,17 +176,19 @@ def _near(camera: Camera) -> float:
 
 
 def _pieces(lines: LineSet, camera: Camera, longest: float) -> tuple[Ints, Floats, Floats]:
-    """Pieces of segments, at most `longest` pixels long unless partly behind the camera: segment, start, end."""
-    depth = -((lines.points - np.asarray(camera.eye)) @ camera.rotation.T)[..., 2]
-    ahead = (depth > 0.0).all(axis=1)
-    length = np.zeros(len(lines))
-    pixels = camera.project(lines.points[ahead])[..., :2]
-    length[ahead] = np.linalg.norm(pixels[:, 1] - pixels[:, 0], axis=1)
-    most = 4.0 * np.hypot(camera.width, camera.height)
-    count = np.maximum(np.ceil(np.minimum(length, most) / longest), 1.0).astype(np.int64)
+    """Pieces of segments, at most `longest` pixels long: segment, start, end."""
+    pixels = camera.project(lines.points)[..., :2]
+    length = np.linalg.norm(pixels[:, 1] - pixels[:, 0], axis=1)
+    count = np.maximum(np.ceil(length / longest), 1.0).astype(np.int64)
     index = np.repeat(np.arange(len(lines)), count)
     place = np.arange(len(index)) - (np.cumsum(count) - count)[index]
     return index, place / count[index], (place + 1) / count[index]
+
+
+def _seen(pieces: LineSet, camera: Camera, scene: RayScene) -> LineSet:
+    """The pieces of mesh edges that are seen, each as a whole: they are hardly longer than lines' samples are apart."""
+    state = Occlusion(pieces, camera, scene, None).state(np.arange(len(pieces)), np.full(len(pieces), 0.5))
+    return pieces.take(state == SEEN)
 
 
 def _far(lines: LineSet, others: Sequence[LineSet], camera: Camera, pixels: float) -> Mask:
@@ -212,17 +228,19 @@ def _step(lines: LineSet, shape: Polygons, camera: Camera) -> Floats:
     What is seen beside a segment is followed back to it, as a surface seen at a grazing angle recedes much in a pixel.
     Another body counts as `STEP` at least.
     """
-    eye, middle = np.asarray(camera.eye), lines.points.mean(axis=1)
-    away = middle - eye
+    eye = np.asarray(camera.eye)
+    away = lines.points.mean(axis=1) - eye
     distance = np.linalg.norm(away, axis=1)
     aside = np.cross(away, lines.points[:, 1] - lines.points[:, 0])
     aside /= np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), 1e-300)
     aside *= (ASIDE_PIXELS * distance / camera.focal_pixels)[:, None]
     step, radius = np.zeros(len(lines)), shape.scene.radius
     for side in (aside, -aside):
-        (beside, face), (beyond, _) = (shape.scene.first_hit(eye, away + share * side) for share in (1.0, 2.0))
+        beside, face = shape.scene.first_hit(eye, away + side)
         receding = np.zeros(len(lines))
-        np.subtract(beyond, beside, out=receding, where=np.isfinite(beyond) & (beyond > beside))
+        deep = np.flatnonzero(np.isfinite(beside) & (beside - distance > TOUCH * radius))
+        beyond = shape.scene.first_hit(eye, (away + 2.0 * side)[deep])[0]
+        receding[deep] = np.where(np.isfinite(beyond), np.maximum(beyond - beside[deep], 0.0), 0.0)
         farther = (beside - receding - distance) / radius
         other = (farther > TOUCH) & (face >= 0) & (shape.shells[face] != shape.shells[lines.face])
         step = np.maximum(step, np.where(other, np.maximum(farther, STEP), farther))

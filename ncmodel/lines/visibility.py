@@ -56,9 +56,7 @@ def visible_pieces(
     Returns:
         Pieces of the lines, in their order.
     """
-    start, end = _in_frame(lines.points, camera, NEAR_PLANE * scene.radius)
-    framed = np.flatnonzero(start < end)
-    lines = lines.between(framed, start[framed], end[framed])
+    lines = in_frame(lines, camera, scene)
     if len(lines) == 0:
         return lines
     samples = _sample(lines.points, camera, sample_pixels)
@@ -66,6 +64,13 @@ def visible_pieces(
     state = occlusion.state(samples.segment, samples.at)
     seen = _smooth(state, samples, chain(lines.points))
     return lines.between(*_seen_intervals(seen, samples, occlusion))
+
+
+def in_frame(lines: LineSet, camera: Camera, scene: RayScene) -> LineSet:
+    """The parts of lines in front of the camera and in the frame, hidden or not."""
+    start, end = _in_frame(lines.points, camera, NEAR_PLANE * scene.radius)
+    framed = np.flatnonzero(start < end)
+    return lines.between(framed, start[framed], end[framed])
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +95,8 @@ def _in_frame(points: Floats, camera: Camera, near: float) -> tuple[Floats, Floa
 
     A point is inside if it is on the inner side of five planes through or before the eye (Liang and Barsky's clipping).
     """
-    local = (points - np.asarray(camera.eye)) @ camera.rotation.T
-    x, y, depth = camera.focal_pixels * local[..., 0], camera.focal_pixels * local[..., 1], -local[..., 2]
+    x, y, depth = camera.local(points)
+    x, y = camera.focal_pixels * x, camera.focal_pixels * y
     right = (camera.width / 2 + FRAME_MARGIN) * depth
     top = (camera.height / 2 + FRAME_MARGIN) * depth
     start, end = np.zeros(len(points)), np.ones(len(points))

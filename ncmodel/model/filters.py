@@ -1,18 +1,28 @@
 """Line drawings as functions of thresholds: equations 1-5 of the paper, differentiable in t.
 
 The equations hold for each pixel on its own, so the last dimension may list all pixels of a picture or only those that
-carry lines; whoever works on whole pictures flattens them. Letters in shapes: B drawings, P pixels.
+carry lines; whoever works on whole pictures flattens them. Letters in shapes: B drawings, P pixels, K of them that are
+looked at, C cells.
 """
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from ncmodel.types import Image
+from ncmodel.types import Floats, Image, Ints
 
 SMALLEST_FEATURE = 1e-6
 """Features below this count as this one: they fade within a threshold of a millionth of the 90th percentile, and the
 gradient -1/feature stays a number that sums can hold."""
+
+CELLS = 12
+"""Cells along each side of the picture."""
+
+LOOKED_AT = 4096
+"""Pixels that are looked at: a thousand drawings are seen in some hundredths of a second."""
+
+FAINT = 0.05
+"""Of the fullest cell's ink, the share that is added to all cells: the first line in an empty one isn't everything."""
 
 
 def line_drawing(lines: Tensor, features: Tensor, always: Tensor, thresholds: Tensor) -> Tensor:
@@ -82,3 +92,38 @@ class Fading:
     def _above(self, share: float) -> int:
         """The last pixel, in order of falling feature, that isn't gone where `share` of the ink is left."""
         return max(int(np.searchsorted(self._left, share * self._total[-1], side="right")) - 1, 0)
+
+
+class Glance:
+    """Looks at drawings of one view from afar: how much ink lies in each cell of a coarse grid.
+
+    What a ranking module thinks of two drawings differs little if they look alike from there, whichever families their
+    lines are of: where two run along each other, one may fade away and hardly anything has changed.
+
+    Args:
+        pixels: (P,) flat indices of the pixels that carry lines, in rising order; at least one.
+        ink: (P,) of all lines together, unfaded.
+        shape: (height, width) of the picture.
+
+    Attributes:
+        pixels: (K,) indices into P of those that are looked at: cell after cell.
+    """
+
+    def __init__(self, pixels: Ints, ink: Image, shape: tuple[int, int]) -> None:
+        rows, columns = np.divmod(pixels, shape[1])
+        cells = rows * CELLS // shape[0] * CELLS + columns * CELLS // shape[1]
+        some = np.arange(0, len(pixels), -(-len(pixels) // LOOKED_AT))
+        self.pixels: Ints = some[np.argsort(cells[some], kind="stable")]
+        self._first = np.flatnonzero(np.diff(cells[self.pixels], prepend=-1))
+        full = np.add.reduceat(ink[self.pixels].astype(np.float64), self._first)
+        self._faint = max(FAINT * float(full.max()), 1e-6)
+        self._unit = float(np.sqrt((full + self._faint).sum()))
+
+    def __call__(self, ink: Image) -> Floats:
+        """(B, K) ink of drawings -> (B, C) square roots of ink, of which a hand sees equal steps as equal.
+
+        All lines together are at distance 1 from the origin.
+        """
+        cells = np.add.reduceat(ink.astype(np.float64), self._first, axis=1)
+        seen: Floats = np.sqrt(cells + self._faint) / self._unit
+        return seen

@@ -14,8 +14,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from ncmodel.model.filters import Fading, line_drawing
-from ncmodel.model.glance import Glance
+from ncmodel.model.filters import Fading, Glance, line_drawing
 from ncmodel.model.letterbox import Square
 from ncmodel.model.maps import LineMaps
 from ncmodel.nets.devices import device_of, numbers

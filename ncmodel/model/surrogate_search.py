@@ -6,7 +6,7 @@ next. At first that is where it expects the largest improvement (Jones et al. 19
 known; at last, where it expects the highest score.
 
 Drawings that look alike from afar score alike: the process knows a drawing by how much ink lies where
-(`ncmodel/model/glance.py`), in which all families count as much as they show. Known by its thresholds alone, a drawing
+(`Glance`), in which all families count as much as they show. Known by its thresholds alone, a drawing
 took twice as many looks. Places are shares of each family's ink, so that none has a plateau where it has faded away.
 
 References:
@@ -37,10 +37,16 @@ STARTS = (0.6, 0.2)
 EXPLORING = 0.7
 """Share of the looks that go where improvement is expected; the others go to the top that is known by then."""
 
+MORE = 0.25
+"""Share of the looks that may be added while the surrogate's top is still above the highest score."""
+
+SETTLED = 1e-3
+"""How little above, as a share of the scores' range, counts as not."""
+
 LENGTHS = (0.05, 0.07, 0.1, 0.14, 0.2, 0.28, 0.4, 0.56, 0.8)
 """Distances between drawings over which scores may vary; the likeliest is taken."""
 
-ROUGHNESS = 1e-5, 1e-2
+ROUGHNESS = 1e-4, 1e-2
 """Of scores and of gradients times length, the variance that isn't the process's: networks of ReLUs have kinks."""
 
 NEAREST = 0.005
@@ -142,7 +148,7 @@ def optimise_with_surrogate(exact: ScoredDrawing, rough: ScoredDrawing, looks: i
     Args:
         exact: The drawing.
         rough: The same drawing, scored nearly as well for less: it is looked at, and what was found scored exactly.
-        looks: Scores with gradient that this may take, at least 1.
+        looks: Scores with gradient that this takes, at least 1; up to `MORE` of them are added where it isn't sure.
 
     Raises:
         UsageError: No score is a number.
@@ -153,6 +159,10 @@ def optimise_with_surrogate(exact: ScoredDrawing, rough: ScoredDrawing, looks: i
         search.choose_boundaries()
     for look in range(looks if families else 0):
         search.look(exploring=look < EXPLORING * looks)
+    for _ in range(round(MORE * looks) if families else 0):
+        if search.converged:
+            break
+        search.look(exploring=False)
     return search.result()
 
 
@@ -196,6 +206,17 @@ class _Search:
             drawing, change = self._drawings(place[None])[0], (more - less) / apart[:, None]
             self.looks.append(Look(place, drawing, change, score, gradient[self.families] * fading))
 
+    @property
+    def converged(self) -> bool:
+        """Whether the surrogate expects no higher score anywhere."""
+        if len(self.looks) < len(STARTS):
+            return False
+        with threads_for(1):
+            surrogate = Surrogate(self.looks)
+            tops = self._tops(lambda places: surrogate(self._drawings(places))[0])
+            gain = surrogate(self._drawings(tops))[0].max() - self._best.score / surrogate.unit
+        return bool(gain < SETTLED)
+
     def result(self) -> Optimum:
         """The best place by its exact score, with boundaries or without."""
         best = self._best.place if self.looks else np.full(len(self.families), STARTS[0])
@@ -206,7 +227,7 @@ class _Search:
         if not np.isfinite(found[0]):
             raise UsageError("the ranking module gives no score that is a number: its weights don't fit these drawings")
         better = len(found) > 1 and found[1] > found[0]
-        converged = not self.families or self._expected_gain() < 1e-3
+        converged = not self.families or self.converged
         thresholds, scores = tuple(t[0].tolist()), [look.score for look in self.looks]
         trials = []
         if self.tried:
@@ -237,15 +258,6 @@ class _Search:
     def _drawings(self, places: Floats) -> Floats:
         """(M, C) what the drawings at (M, D) places look like."""
         return self.exact.glance(self._thresholds(places))
-
-    def _expected_gain(self) -> float:
-        """How much higher than the highest score the surrogate's top is, as a share of the scores' range."""
-        if len(self.looks) < len(STARTS):
-            return np.inf
-        with threads_for(1):
-            surrogate = Surrogate(self.looks)
-            tops = self._tops(lambda places: surrogate(self._drawings(places))[0])
-            return float(surrogate(self._drawings(tops))[0].max() - self._best.score / surrogate.unit)
 
     def _promising(self, exploring: bool) -> Floats:
         """(D,) where to look next."""

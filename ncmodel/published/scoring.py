@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from ncmodel.errors import UsageError
-from ncmodel.model.glance import Glance
+from ncmodel.model.filters import Glance
 from ncmodel.model.letterbox import Square
 from ncmodel.nets.devices import numbers
 from ncmodel.nets.presets import BACKGROUND

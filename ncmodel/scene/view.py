@@ -227,8 +227,8 @@ class View:
         shortest = outlines.SHORTEST_BETWEEN_CREASES if parted else outlines.SHORTEST_PIXELS
         shape = outlines.Polygons(whole.mesh.vertices, whole.faces, whole.rings, whole.scene, whole.shells)
         with timed(self.trace, "polygonal_outlines"):
-            folds = outlines.visible_folds(shape, camera)
-            contours, doubtful = outlines.along(contours, [folds, boundaries], camera)
+            folds = outlines.folds(shape, camera)
+            contours, doubtful = outlines.along(contours, folds, boundaries, shape.scene, camera)
             drawn = [contours, boundaries, *creases]
             missing = outlines.missing_outlines(folds, drawn, shape, camera, shortest, sample_pixels)
             doubtful = outlines.apart(doubtful, missing, camera)

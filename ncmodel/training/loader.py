@@ -5,6 +5,8 @@ at most `AHEAD` parts ready, so memory stays bounded.
 """
 
 import multiprocessing
+import os
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Protocol, Self, TypeVar
 
@@ -115,10 +117,19 @@ class _Parts(Dataset[Any]):
 
 
 def _start(_: int) -> None:
-    """A worker keeps to one core."""
+    """A worker keeps to one core, and ends with the training, however that ends."""
     import cv2
 
     cv2.setNumThreads(1)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    """DataLoader's own watch is on the process that forked the worker, which lives as long as a worker does."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None, "a worker was started by a training"
+    parent.join()
+    os._exit(1)
 
 
 class Examiner:

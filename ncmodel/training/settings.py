@@ -39,6 +39,15 @@ _VALUES: dict[str, tuple[type, Callable[[Any], bool], str]] = {
 """Key -> type, what fits, and how that is said."""
 
 
+def as_published(preset: Preset) -> Preset:
+    """The preset without what the paper doesn't have: varied views, averaged weights, the ranker on numbers.
+
+    Curvature is measured in its 90th percentile over the mesh, as the paper's text says.
+    """
+    variation = Variation(mirror=False, quarter_turns=False, shift=0.0)
+    return replace(preset, variation=variation, averaging=0.0, statistics=None, percentile="mesh")
+
+
 def with_settings(preset: Preset, path: str | Path) -> Preset:
     """The preset with what a TOML file says in place of its own numbers.
 

@@ -43,6 +43,17 @@ def test_steps_of_every_stage_are_measured(tmp_path: Path, stage: str) -> None:
 
 
 @pytest.mark.usefixtures("micro")
+def test_a_setup_that_fails_says_why(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise torch.OutOfMemoryError("CUDA out of memory.\nTried to allocate 2 GiB")
+
+    monkeypatch.setattr("eval.throughput.training.Trainer.step", full)
+    pairs = write_views(tmp_path, 10)
+    found = measure_speed(Setup("micro", "ranker", False, 0), DataFolder(tmp_path), pairs, torch.device("cpu"), 0.05)
+    assert (found.steps, found.failure) == (0, "CUDA out of memory. Tried to allocate 2 GiB")
+
+
+@pytest.mark.usefixtures("micro")
 def test_the_command_writes_tables_within_its_time(tmp_path: Path) -> None:
     main(tmp_path / "out", presets="micro", workers=1, seconds=0.01, views=10, drawing=False)
     record = json.loads((tmp_path / "out" / "throughput.json").read_text())

@@ -9,7 +9,7 @@ import pytest
 from ncmodel.camera import Camera
 from ncmodel.drawing.draw import draw
 from ncmodel.drawing.drawing import Drawing
-from ncmodel.lines.polygonal_outlines import Polygons, along, missing_outlines, visible_folds
+from ncmodel.lines.polygonal_outlines import Polygons, along, folds, missing_outlines
 from ncmodel.mesh.load import make_mesh
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
@@ -33,16 +33,12 @@ def polygons(surface: Surface) -> Polygons:
     return Polygons(surface.mesh.vertices, surface.faces, surface.rings, surface.scene, surface.shells)
 
 
-def folds_of(surface: Surface, camera: Camera) -> LineSet:
-    return visible_folds(polygons(surface), camera)
-
-
 def missing(mesh: Mesh, camera: Camera, *drawn: LineFamily) -> LineSet:
     """The outlines that a mesh's visible lines of some families miss."""
     surface = Surface(mesh)
     view = View(surface, camera)
     lines = [view.unhidden(view.candidates(family)) for family in drawn]
-    return missing_outlines(folds_of(surface, camera), lines, polygons(surface), camera)
+    return missing_outlines(folds(polygons(surface), camera), lines, polygons(surface), camera)
 
 
 def completeness(mesh: Mesh, drawing: Drawing, camera: Camera) -> float:
@@ -78,8 +74,8 @@ def test_a_fine_shape_needs_none(builder: Callable[[], tuple[Floats, Ints]]) -> 
     camera = Camera.orbit(mesh.vertices, 30.0, 25.0, size=(400, 400))
     view = View(Surface(mesh), camera)
     contours = view.unhidden(view.candidates(LineFamily.CONTOURS))
-    ends = [folds_of(view.surface, camera), view.visible(LineFamily.BOUNDARIES)]
-    kept, doubtful = along(contours, ends, camera)
+    ends, boundaries = folds(polygons(view.surface), camera), view.visible(LineFamily.BOUNDARIES)
+    kept, doubtful = along(contours, ends, boundaries, view.surface.scene, camera)
     assert len(kept) == len(contours) > 20
     assert len(doubtful) == 0
     assert len(missing(mesh, camera, LineFamily.CONTOURS, LineFamily.BOUNDARIES)) == 0

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from ncmodel.model.filters import line_drawing
-from ncmodel.model.glance import FAINT, PIXELS, SIDE, Glance
+from ncmodel.model.filters import CELLS, FAINT, LOOKED_AT, Glance, line_drawing
 from ncmodel.types import Floats, Image, Ints
 
 SHAPE = (60, 96)
@@ -20,10 +19,10 @@ def lines(seed: int = 0, share: float = 0.1) -> tuple[Ints, Image]:
 
 def counted(pixels: Ints, ink: Image) -> Floats:
     """Ink in each cell that has lines, one pixel after the other."""
-    cells = np.zeros((SIDE, SIDE))
-    seen = np.zeros((SIDE, SIDE), dtype=np.bool_)
+    cells = np.zeros((CELLS, CELLS))
+    seen = np.zeros((CELLS, CELLS), dtype=np.bool_)
     for pixel, amount in zip(pixels, ink, strict=True):
-        cell = (pixel // SHAPE[1] * SIDE // SHAPE[0], pixel % SHAPE[1] * SIDE // SHAPE[1])
+        cell = (pixel // SHAPE[1] * CELLS // SHAPE[0], pixel % SHAPE[1] * CELLS // SHAPE[1])
         cells[cell] += amount
         seen[cell] = True
     return cells[seen]
@@ -44,9 +43,9 @@ def test_a_glance_is_the_root_of_the_ink_in_each_cell() -> None:
 def test_of_many_pixels_a_part_stands_for_all() -> None:
     pixels, ink = np.arange(SHAPE[0] * SHAPE[1]), np.ones(SHAPE[0] * SHAPE[1], np.float32)
     glance = Glance(pixels, ink, SHAPE)
-    assert PIXELS / 2 < len(glance.pixels) <= PIXELS
+    assert LOOKED_AT / 2 < len(glance.pixels) <= LOOKED_AT
     seen = glance(np.ones((1, len(glance.pixels)), np.float32))
-    np.testing.assert_allclose(seen, 1 / SIDE, rtol=0.1)
+    np.testing.assert_allclose(seen, 1 / CELLS, rtol=0.1)
 
 
 def test_lines_that_lie_on_others_make_no_difference() -> None:

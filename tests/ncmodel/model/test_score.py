@@ -5,8 +5,7 @@ import pytest
 import torch
 from torch import Tensor
 
-from ncmodel.model.filters import line_drawing
-from ncmodel.model.glance import Glance
+from ncmodel.model.filters import Glance, line_drawing
 from ncmodel.model.letterbox import Square
 from ncmodel.model.maps import LineMaps
 from ncmodel.model.score import CHUNK, DrawingScore

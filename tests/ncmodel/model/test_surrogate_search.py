@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ncmodel.errors import UsageError
-from ncmodel.model.surrogate_search import NEAREST, Look, Surrogate, optimise_with_surrogate
+from ncmodel.model.surrogate_search import MORE, NEAREST, Look, Surrogate, optimise_with_surrogate
 from ncmodel.model.threshold_search import BUDGETS, LARGE_BUDGETS, budget_named, optimise
 from ncmodel.types import Floats
 from tests.helpers.known_scores import LARGEST, Knees, Known
@@ -85,7 +85,8 @@ def test_a_maximum_inside_is_found(looks: int, close: float) -> None:
     found = optimise_with_surrogate(drawing, drawing, looks)
     np.testing.assert_allclose(shares(np.array(found.thresholds)), TOP, atol=close)
     assert found.score == hill(np.array(found.thresholds))
-    assert found.evaluations == drawing.calls == looks + 1
+    assert found.evaluations == drawing.calls
+    assert looks + 1 <= drawing.calls <= round((1 + MORE) * looks) + 1
     assert found.converged
     assert not found.flat
 
@@ -116,7 +117,8 @@ def test_only_exact_scores_count() -> None:
     exact, rough = Known(two_hills), Known(lambda t: two_hills(t) + 100)
     found = optimise_with_surrogate(exact, rough, LOOKS)
     assert found.score == two_hills(np.array(found.thresholds))
-    assert (rough.calls, exact.calls) == (LOOKS, 1)
+    assert exact.calls == 1
+    assert LOOKS <= rough.calls <= (1 + MORE) * LOOKS
 
 
 def test_families_without_lines_are_left_alone() -> None:
@@ -139,7 +141,8 @@ def test_boundaries_are_drawn_where_they_help(gain: float, expected: bool) -> No
     found = optimise_with_surrogate(drawing, drawing, LOOKS)
     assert found.boundaries is expected
     assert found.score == pytest.approx(max(gain, 0.0), abs=0.01)
-    assert found.evaluations == drawing.calls == LOOKS + 4
+    assert found.evaluations == drawing.calls
+    assert LOOKS + 4 <= drawing.calls <= (1 + MORE) * LOOKS + 4
 
 
 def test_a_constant_score_says_so_and_gives_the_first_place() -> None:

@@ -1,5 +1,10 @@
 """Pictures read ahead by workers: in order, the same, errors as they are; training with them gives the same bytes."""
 
+import os
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -57,3 +62,39 @@ def test_workers_share_the_memory(data: Path) -> None:
 
 def settings_of(images: ViewImages) -> tuple[object, ...]:
     return images.data.root, images.sizes, images.inputs, images.percentile
+
+
+ENDLESS = """
+import os, sys, time
+from pathlib import Path
+from ncmodel.data.data_folder import DataFolder
+from ncmodel.data.pairs import read_pairs
+from ncmodel.training.batches import PairPart
+from ncmodel.training.dataset import ViewImages
+from ncmodel.training.loader import Loader
+
+if __name__ == "__main__":
+    data = Path(sys.argv[1])
+    part = PairPart(tuple(read_pairs(data / "pairs.jsonl")[:5]), 16, {})
+    loader = Loader(ViewImages(DataFolder(data), (16,)), 1)
+    for _ in loader.load([part] * 10**6):
+        children = [w.pid for w in loader._ahead._iterator._workers]
+        print(*children, flush=True)
+        time.sleep(1000)
+"""
+
+
+@pytest.mark.slow
+def test_workers_end_with_a_training_that_was_killed(data: Path, tmp_path: Path) -> None:
+    script = tmp_path / "endless.py"
+    script.write_text(ENDLESS)
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[3])}
+    with subprocess.Popen([sys.executable, script, data], env=environment, stdout=subprocess.PIPE) as training:
+        assert training.stdout is not None
+        worker = int(training.stdout.readline())
+        os.kill(worker, 0)  # it is there
+        training.send_signal(signal.SIGKILL)
+    deadline = time.monotonic() + 60
+    while time.monotonic() < deadline and Path(f"/proc/{worker}").exists():
+        time.sleep(0.2)
+    assert not Path(f"/proc/{worker}").exists()

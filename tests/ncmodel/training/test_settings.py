@@ -9,7 +9,7 @@ import pytest
 from ncmodel.cli.main import main
 from ncmodel.nets.checkpoints import load_checkpoint
 from ncmodel.nets.presets import PRESETS, Rates, Variation
-from ncmodel.training.settings import with_settings
+from ncmodel.training.settings import as_published, with_settings
 from tests.helpers.commands import complaint
 from tests.helpers.micro_training import MICRO
 
@@ -45,6 +45,20 @@ def test_a_file_says_rates_batches_passes_and_variation(tmp_path: Path) -> None:
     )
     path.write_text("")
     assert with_settings(tiny, path) == tiny
+
+
+def test_as_published_leaves_out_what_is_ours(
+    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tiny = as_published(PRESETS["tiny"])
+    assert tiny.stages == ("ranker", "translator", "finetune")
+    assert (tiny.averaging, tiny.percentile) == (0.0, "mesh")
+    assert tiny.variation == Variation(mirror=False, quarter_turns=False, shift=0.0)
+    monkeypatch.setitem(PRESETS, "micro", MICRO)
+    words = ["train", str(data), str(data / "pairs.jsonl"), "-o", str(tmp_path / "m"), "--preset", "micro"]
+    assert main([*words, "--as-published", "--stage", "ranker", "--epochs", "1", "--json"]) == 0
+    capsys.readouterr()
+    assert load_checkpoint(tmp_path / "m").preset == as_published(MICRO)
 
 
 @pytest.mark.parametrize(
