@@ -59,6 +59,9 @@ def draw(
     min_length: Annotated[
         float, typer.Option(help="Pixels, at 768; shorter strokes are left out, except the outline's.")
     ] = 0.0,
+    hidden: Annotated[
+        str, typer.Option(help="none, dashed or layer: lines behind the surface, in a group of their own.")
+    ] = "none",
     width: Annotated[
         float | None, typer.Option(help="Line width in pixels, at 768; lines grow with the picture (default 2.5).")
     ] = None,
@@ -128,6 +131,7 @@ def draw(
             "tolerance": tolerance,
             "detail": detail,
             "min_length": min_length,
+            "hidden": hidden,
             **{name: value for name, value in given.items() if value is not None},
         },
     )
@@ -153,7 +157,7 @@ class _Job:
         from ncmodel.drawing.arguments import plan_of
         from ncmodel.export.page import WIDTH, Picture
 
-        plan_of(**{name: self.options[name] for name in ("lines", "thresholds", "detail", "min_length")})
+        plan_of(**{name: self.options[name] for name in ("lines", "thresholds", "detail", "min_length", "hidden")})
         Picture(1, 1, (), self.style.get("width", WIDTH), self.style["background"])
 
     def draw(self, mesh: Path, output: Path) -> tuple["Drawing", dict[str, Any]]:
@@ -268,9 +272,10 @@ def _record(mesh: Path, output: Path, drawing: "Drawing", seconds: float) -> dic
         "threshold_unit": plan.thresholds.unit,
         "detail": plan.detail,
         "min_length": plan.min_length,
+        "hidden": plan.hidden,
         "score": plan.score,
         "score_evaluations": plan.evaluations,
-        "strokes": dict(Counter(stroke.family for stroke in drawing.strokes)),
+        "strokes": dict(Counter(stroke.group for stroke in drawing.strokes)),
         "computed": [timing.stage for timing in drawing.trace.timings],
         "seconds": drawing.trace.seconds(),
         "seconds_total": seconds,

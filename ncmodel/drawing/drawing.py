@@ -79,18 +79,18 @@ class Drawing:
 
     def picture(self, width: float = WIDTH, background: str | None = None) -> Picture:
         """The strokes with a line width and a background."""
-        return Picture(self.width, self.height, self.strokes, width, background, self.name)
+        return Picture(self.width, self.height, self.strokes, width, background, self.name, self.plan.hidden == "layer")
 
     def sorted_for_pen(self) -> Self:
-        """The same drawing with each family's strokes in an order that keeps the pen's way in the air short."""
+        """The same drawing with each group's strokes in an order that keeps the pen's way in the air short."""
         from ncmodel.export.linesort import pen_order
 
-        families = dict.fromkeys(stroke.family for stroke in self.strokes)
-        ordered = [pen_order([s for s in self.strokes if s.family == family]) for family in families]
+        groups = dict.fromkeys(stroke.group for stroke in self.strokes)
+        ordered = [pen_order([s for s in self.strokes if s.group == group]) for group in groups]
         return replace(self, strokes=tuple(stroke for strokes in ordered for stroke in strokes))
 
     def __repr__(self) -> str:
-        counts = Counter(stroke.family for stroke in self.strokes)
+        counts = Counter(stroke.group for stroke in self.strokes)
         lines = ", ".join(f"{count} {family}" for family, count in counts.items()) or "none"
         return f"Drawing({self.name!r}, {self.width} x {self.height}, strokes: {lines})"
 
