@@ -28,7 +28,8 @@ THUMBNAIL_WIDTH = 4.0
 
 def draw(
     output: Annotated[
-        Path, typer.Option("--output", "-o", help="An .svg, .png or .pdf file; for several meshes, a folder.")
+        Path,
+        typer.Option("--output", "-o", help="An .svg, .png, .pdf, .dxf or .json file; for several meshes, a folder."),
     ],
     meshes: Annotated[
         list[Path] | None,
@@ -91,7 +92,8 @@ def draw(
     ] = "balanced",
     device: Annotated[str, typer.Option(help="Where the model computes: cpu, cuda, ...")] = "cpu",
     suffix: Annotated[
-        str | None, typer.Option("--format", help="svg, png or pdf: write to a folder, even one mesh (default svg).")
+        str | None,
+        typer.Option("--format", help="svg, png, pdf, dxf or json: write to a folder, even one mesh (default svg)."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print what was computed as JSON.")] = False,
 ) -> None:
@@ -101,7 +103,13 @@ def draw(
     if maps is not None:
         from ncmodel.cli.maps import MapsJob, alone
 
-        others = {"--camera": camera, "--azimuth": azimuth, "--elevation": elevation, "--size": size}
+        others = {
+            "--camera": camera,
+            "--azimuth": azimuth,
+            "--elevation": elevation,
+            "--size": size,
+            "--hidden": None if hidden == "none" else hidden,
+        }
         alone(maps, **{"a mesh": meshes}, **others, **{"--format": suffix, "--sort": sort})
         options = {"model": chooser, "lines": lines, "thresholds": thresholds, "variant": variant, "preset": preset}
         MapsJob(maps, output, style, options).run(as_json)
@@ -195,7 +203,8 @@ def _draw_folder(job: _Job, meshes: list[Path]) -> None:
     from ncmodel.report.contact_sheet import Tile, contact_sheet
 
     if f".{job.suffix}" not in SUFFIXES:
-        raise UsageError(f"--format: found {job.suffix!r}, expected svg, png or pdf")
+        expected = ", ".join(suffix.removeprefix(".") for suffix in SUFFIXES)
+        raise UsageError(f"--format: found {job.suffix!r}, expected one of {expected}")
     if not job.output.is_dir() and (job.output.exists() or job.output.suffix.lower() in SUFFIXES):
         found = "is a file" if job.output.exists() else "is named like a file"
         raise UsageError(f"--output: {job.output} {found}, expected a folder")
