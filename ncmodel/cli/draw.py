@@ -42,6 +42,10 @@ def draw(
     camera: Annotated[Path | None, typer.Option(help="Camera file (JSON), not beside --azimuth, --elevation.")] = None,
     azimuth: Annotated[float | None, typer.Option(help="Degrees round the shape from its front (default 30)")] = None,
     elevation: Annotated[float | None, typer.Option(help="Degrees above the ground (default 30)")] = None,
+    view: Annotated[
+        str | None,
+        typer.Option(help="front, back, left, right, top, bottom or iso, in place of --azimuth and --elevation."),
+    ] = None,
     size: Annotated[str | None, typer.Option(help="N or WxH in pixels (default 768, or the camera's)")] = None,
     lines: Annotated[
         str | None,
@@ -105,6 +109,7 @@ def draw(
 
         others = {
             "--camera": camera,
+            "--view": view,
             "--azimuth": azimuth,
             "--elevation": elevation,
             "--size": size,
@@ -116,6 +121,7 @@ def draw(
         return
     if not meshes:
         raise UsageError("found neither a mesh nor --maps, expected one of them. Try --help.")
+    azimuth, elevation = _angles(view, camera, azimuth, elevation)
     given = {
         "azimuth": azimuth,
         "elevation": elevation,
@@ -239,6 +245,23 @@ def _camera(path: Path | None, azimuth: float | None, elevation: float | None, s
         raise UsageError("--camera: found --azimuth or --elevation beside it, expected one or the other")
     camera = Camera.load(path)
     return camera if size is None else camera.resized(*size_of(size))
+
+
+def _angles(
+    view: str | None, camera: Path | None, azimuth: float | None, elevation: float | None
+) -> tuple[float | None, float | None]:
+    """Azimuth and elevation, those of a named view if there is one."""
+    from ncmodel.camera import VIEWS
+
+    if view is None:
+        return azimuth, elevation
+    others = {"--camera": camera, "--azimuth": azimuth, "--elevation": elevation}
+    beside = next((name for name, value in others.items() if value is not None), None)
+    if beside is not None:
+        raise UsageError(f"--view: found {beside} beside it, expected one or the other")
+    if view not in VIEWS:
+        raise UsageError(f"--view: found {view!r}, expected one of {', '.join(VIEWS)}")
+    return VIEWS[view]
 
 
 def _model(path: Path, mode: str | None, device: str) -> Any:
