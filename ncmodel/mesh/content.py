@@ -1,9 +1,15 @@
 """What a mesh file holds, and what is no mesh at all whatever its name says."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ncmodel.types import Floats, Ints
+
+Geometry = tuple[Floats, Ints]
+"""(V, 3) vertices and (F, 3) faces of a part."""
 
 _PACKED = {
     b"\x1f\x8b": "gzip",
@@ -34,6 +40,26 @@ class Content:
 
 class NotAMeshError(ValueError):
     """The file is sound, but no mesh and no point cloud; the text says what it is."""
+
+
+def placed(part: Geometry, place: Floats) -> Geometry:
+    """A part where a scene puts it; its faces stay counter-clockwise seen from outside.
+
+    Args:
+        part: Vertices and faces.
+        place: (4, 4) affine, of columns.
+    """
+    vertices, faces = part
+    mirrored = np.linalg.det(place[:3, :3]) < 0
+    return vertices @ place[:3, :3].T + place[:3, 3], faces[:, ::-1] if mirrored else faces
+
+
+def joined(parts: Sequence[Geometry]) -> Geometry:
+    """The vertices and faces of all parts, part after part."""
+    offsets = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
+    vertices = [np.zeros((0, 3)), *(vertices for vertices, _ in parts)]
+    faces = [faces + offset for (_, faces), offset in zip(parts, offsets, strict=False)]
+    return np.concatenate(vertices), np.concatenate([np.zeros((0, 3), dtype=np.int64), *faces])
 
 
 def check_kind(data: bytes) -> None:
