@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ncmodel.errors import ArgumentError, MeshError
-from ncmodel.mesh import formats
-from ncmodel.mesh.content import Content, NotAMeshError
 from ncmodel.mesh.weld import weld, without_cracks
+from ncmodel.readers import cad, formats
+from ncmodel.readers.content import Content, NotAMeshError
 from ncmodel.types import Floats, Ints, Mesh
 
 SUFFIXES = formats.SUFFIXES
 """The file formats read."""
 
-_WELDED_SUFFIXES = (".stl", ".gltf", ".glb")
+_WELDED_SUFFIXES = (".stl", ".gltf", ".glb", *cad.SUFFIXES)
 _LOOSE = 1.5
 """A mesh with more vertices a face than this is in loose triangles, whatever its format; surfaces have about half."""
 _ALREADY_NORMALISED = 1e-6

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ncmodel.errors import ArgumentError, MeshError
-from ncmodel.mesh.content import Content, NotAMeshError, joined, placed
 from ncmodel.mesh.load import settled
-from ncmodel.mesh.triangulate import triangulate
+from ncmodel.readers.content import Content, NotAMeshError, joined, placed
+from ncmodel.readers.triangulate import triangulate
 from ncmodel.types import Floats, Ints, Mesh
 
 _TAKEN = "a file's path, a Surface or a Mesh, (vertices, faces), or a mesh of trimesh, PyVista, Open3D or meshio"

@@ -62,8 +62,12 @@ def joined(parts: Sequence[Geometry]) -> Geometry:
     return np.concatenate(vertices), np.concatenate([np.zeros((0, 3), dtype=np.int64), *faces])
 
 
-def check_kind(data: bytes) -> None:
+def check_kind(data: bytes, suffix: str = "") -> None:
     """Name what stands in place of a mesh file where a download or a checkout went wrong.
+
+    Args:
+        data: The file's bytes.
+        suffix: Its suffix: COLLADA is XML, and 3MF a packed folder.
 
     Raises:
         NotAMeshError: The bytes are those of a pointer, a web page, an archive or UTF-16.
@@ -75,10 +79,10 @@ def check_kind(data: bytes) -> None:
         raise NotAMeshError("a git-annex pointer in place of the file (git annex get fetches it)")
     if head.startswith((b"<!doctype html", b"<html")) or (head.startswith(b"<") and b"<html" in head):
         raise NotAMeshError("a web page (HTML), as a download that failed leaves it")
-    if head.startswith((b"<?xml", b"<!--", b"<error")):
+    if suffix != ".dae" and head.startswith((b"<?xml", b"<!--", b"<error")):
         raise NotAMeshError("an XML document")
     for mark, packer in _PACKED.items():
-        if data.startswith(mark):
+        if data.startswith(mark) and not (packer == "zip" and suffix == ".3mf"):
             raise NotAMeshError(f"a file packed by {packer}, which is to be unpacked first")
     letters = rb"(?:[\t\n\r -~]\0){%d}|(?:\0[\t\n\r -~]){%d}" % (_UTF16_LETTERS, _UTF16_LETTERS)
     if data.startswith((b"\xff\xfe", b"\xfe\xff")) or re.match(letters, data):

@@ -16,7 +16,7 @@ from urllib.parse import unquote, unquote_to_bytes
 import numpy as np
 from numpy.typing import NDArray
 
-from ncmodel.mesh.content import Content, Geometry, NotAMeshError, joined, placed
+from ncmodel.readers.content import Content, Geometry, NotAMeshError, joined, placed
 from ncmodel.types import Floats, Ints
 
 Record = dict[str, Any]

@@ -7,7 +7,7 @@ import pytest
 
 from ncmodel.errors import MeshError
 from ncmodel.mesh.load import load_mesh
-from ncmodel.mesh.stl import read_stl
+from ncmodel.readers.stl import read_stl
 from ncmodel.types import Floats
 from tests.helpers.mesh_files import tetrahedron
 
