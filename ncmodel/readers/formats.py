@@ -1,8 +1,9 @@
 """Mesh files -> vertices and triangles, as they are in the file.
 
-They are read by the project itself, but for CAD. trimesh, which reads all of these formats, moves quads behind triangles, fans out
-polygons that aren't convex, gives a vertex for each of its textures, and takes some files that break off for empty ones
-(`tests/ncmodel/readers/test_trimesh.py` has an example for each format); and a drawing shouldn't wait for it to load.
+They are read by the project itself, but for CAD. trimesh, which reads all of these formats, moves quads behind
+triangles, fans out polygons that aren't convex, gives a vertex for each of its textures, takes all meshes of another
+part of a 3MF package for each component, leaves out COLLADA's strips and upward axis, and takes some files that break
+off for empty ones (`tests/ncmodel/readers/test_trimesh.py` has examples); and a drawing shouldn't wait for it to load.
 """
 
 import re
