@@ -23,6 +23,7 @@ _EXPORTS = {
     "Surface": "ncmodel.scene.surface:Surface",
     "Thresholds": "ncmodel.types:Thresholds",
     "View": "ncmodel.scene.view:View",
+    "as_mesh": "ncmodel.mesh.objects:as_mesh",
     # Not `draw`: that is the module's name, and would mean one or the other by what was imported before.
     "draw_shape": "ncmodel.drawing.draw:draw",
     "features": "ncmodel.scene.feature_arrays:features",

@@ -6,6 +6,7 @@ from ncmodel.drawing.drawing import Drawing as Drawing
 from ncmodel.errors import NeuralContoursError as NeuralContoursError
 from ncmodel.mesh.load import load_mesh as load_mesh
 from ncmodel.mesh.load import make_mesh as make_mesh
+from ncmodel.mesh.objects import as_mesh as as_mesh
 from ncmodel.model.scoring import score_drawing as score_drawing
 from ncmodel.published.model import load_model as load_model
 from ncmodel.scene.feature_arrays import features as features
@@ -26,6 +27,7 @@ __all__ = [
     "Surface",
     "Thresholds",
     "View",
+    "as_mesh",
     "draw_shape",
     "features",
     "load_mesh",

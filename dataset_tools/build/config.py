@@ -8,10 +8,9 @@ from dataset_tools.build.worker_process import Limits
 from dataset_tools.candidates.candidates import CandidateThresholds
 from dataset_tools.cleaning.repair import CleanSettings
 from ncmodel.camera import DEFAULT_SIZE
+from ncmodel.readers.formats import Y_UP_SUFFIXES
 
 UPWARD = ("y", "z")
-_Y_UP_SUFFIXES = (".gltf", ".glb")
-"""Formats whose definition says that +y is up."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +102,7 @@ class BuildConfig:
 
     def upward(self, path: str) -> str:
         """The upward axis of a mesh file, by its path below the mesh folder: a rule's, its format's, or `up`."""
-        axis = "y" if path.lower().endswith(_Y_UP_SUFFIXES) else self.up
+        axis = "y" if path.lower().endswith(Y_UP_SUFFIXES) else self.up
         for rule in self.up_rules:
             pattern, _, ruled = rule.rpartition("=")
             axis = ruled if fnmatch(path, pattern) else axis

@@ -19,8 +19,8 @@ from dataset_tools.build.worker_process import WorkerProcess
 from dataset_tools.candidates.candidates import draw_candidates
 from dataset_tools.candidates.viewpoints import camera_at, choose_azimuths
 from ncmodel.chamfer import chamfer_matrix, distance_to
-from ncmodel.mesh.ply import ply_bytes
 from ncmodel.processes import peak_memory
+from ncmodel.readers.ply import ply_bytes
 from ncmodel.report.part import Part
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View

@@ -13,9 +13,9 @@ from dataset_tools.build.shape_names import known_names, name_shapes
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.errors import InputError
 from ncmodel.files import is_clutter
-from ncmodel.mesh.gltf import beside
 from ncmodel.mesh.load import SUFFIXES
 from ncmodel.parsing import parse_json
+from ncmodel.readers.gltf import beside
 
 UP_COLUMNS = ("file", "up")
 

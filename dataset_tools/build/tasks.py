@@ -24,7 +24,7 @@ from ncmodel.data.data_folder import MAPS
 from ncmodel.data.item import Item
 from ncmodel.errors import InputError
 from ncmodel.images import png_ink, png_map, png_shaded
-from ncmodel.mesh.ply import ply_bytes
+from ncmodel.readers.ply import ply_bytes
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed

@@ -130,7 +130,7 @@ def clean(
     from dataset_tools.build.summary import clean_text
     from dataset_tools.cleaning.repair import CleanSettings, clean_file
     from ncmodel.files import write_bytes
-    from ncmodel.mesh.ply import ply_bytes
+    from ncmodel.readers.ply import ply_bytes
 
     if output.suffix.lower() != ".ply":
         raise UsageError(f"-o: found {output}, expected a file *.ply")

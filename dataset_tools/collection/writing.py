@@ -9,8 +9,8 @@ from dataset_tools.build.worker_process import Limits
 from dataset_tools.collection.families import make_shape
 from ncmodel.errors import InputError
 from ncmodel.files import write_bytes
-from ncmodel.mesh.ply import ply_bytes
 from ncmodel.progress import Advance
+from ncmodel.readers.ply import ply_bytes
 
 LIMITS = Limits(seconds=300.0, memory_gb=8.0)
 """Of one shape."""

@@ -33,7 +33,9 @@ def draw(
     ],
     meshes: Annotated[
         list[Path] | None,
-        typer.Argument(metavar="MESH", help="Mesh files: obj, ply, stl, off, gltf, glb; points: xyz."),
+        typer.Argument(
+            metavar="MESH", help="Mesh files: obj, ply, stl, off, gltf, glb, 3mf, dae, step, iges; points: xyz."
+        ),
     ] = None,
     maps: Annotated[
         Path | None,

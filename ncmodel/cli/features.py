@@ -27,7 +27,9 @@ from ncmodel.cli.common import emit
 
 
 def features(
-    mesh: Annotated[Path, typer.Argument(help="Mesh file: obj, ply, stl, off, gltf, glb; points: xyz.")],
+    mesh: Annotated[
+        Path, typer.Argument(help="Mesh file: obj, ply, stl, off, gltf, glb, 3mf, dae, step, iges; points: xyz.")
+    ],
     output: Annotated[Path, typer.Option("--output", "-o", help="The .npz file to write.")],
     camera: Annotated[Path, typer.Option(help="Camera file (JSON).")],
     up: Annotated[str, typer.Option(help="The file's upward axis, y or z.")] = "y",

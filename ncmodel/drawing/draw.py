@@ -21,6 +21,7 @@ from ncmodel.errors import ArgumentError, UsageError
 from ncmodel.export.page import page_scale
 from ncmodel.lines.visibility import MESH_EDGES
 from ncmodel.mesh.load import load_mesh, make_mesh
+from ncmodel.mesh.objects import as_mesh
 from ncmodel.scene.creases import split_at_creases
 from ncmodel.scene.orientation import turn_outwards
 from ncmodel.scene.seams import sew_seams
@@ -76,7 +77,7 @@ class Chooser(Protocol):
 
 
 def draw(
-    shape: Mesh | Surface | str | Path,
+    shape: Mesh | Surface | str | Path | Any,
     camera: Camera | None = None,
     lines: arguments.Lines | None = None,
     thresholds: arguments.ThresholdValues | None = None,
@@ -98,7 +99,8 @@ def draw(
 
     Args:
         shape: A mesh file, or a mesh, which without a camera is normalised as files are: its seams are sewn and its
-            faces turned outwards. Or a surface, which is drawn as it is and whose computed quantities are reused.
+            faces turned outwards. Or a surface, which is drawn as it is and whose computed quantities are reused. Or
+            what `as_mesh` takes as a file: (vertices, faces), a mesh of trimesh, PyVista, Open3D or meshio.
         camera: Where from; unless given, one at `azimuth` and `elevation` that has the shape in its frame.
         lines: Families to draw, such as ["contours", "suggestive"] or "contours,suggestive"; those whose threshold is
             None are left out. Without a model, `DEFAULT_FAMILIES` and those that get a threshold unless given; a model
@@ -113,7 +115,7 @@ def draw(
         azimuth: Degrees round the shape from its front, without a camera.
         elevation: Degrees above the ground, without a camera.
         size: (width, height) in pixels, or both in one, without a camera.
-        up: The upward axis, "y" or "z", of a mesh file; arrays are y-up.
+        up: The upward axis, "y" or "z", of a mesh file, or of what is taken as one; a `Mesh` is y-up.
         crease_angle: Degrees between faces above which their edge is a crease.
         tolerance: Pixels that strokes may stray from the lines on the mesh; the preset's unless given.
         detail: Share of the lines inside the outline that is drawn, the strongest and longest first: 0 is the outline
@@ -309,10 +311,10 @@ def _chosen(model: Chooser, view: View, variant: str | None, preset: str, asked:
     return replace(plan, families=(*chosen, *wanted), crumb=0.0, rims=rims)
 
 
-def _surface(shape: Mesh | Surface | str | Path, up: str, eye: tuple[float, float, float] | None) -> Surface:
-    if up != "y" and not isinstance(shape, (str, Path)):
+def _surface(shape: Any, up: str, eye: tuple[float, float, float] | None) -> Surface:
+    if up != "y" and isinstance(shape, (Surface, Mesh)):
         found = f"{up!r} beside a {type(shape).__name__}, which is drawn as it is"
-        raise UsageError(f"up: found {found}, expected a file's path beside it")
+        raise UsageError(f"up: found {found}, expected what isn't in object space yet")
     if isinstance(shape, Surface):
         return shape
     trace = Trace()
@@ -320,8 +322,6 @@ def _surface(shape: Mesh | Surface | str | Path, up: str, eye: tuple[float, floa
         placed = make_mesh(shape.vertices, shape.faces, shape.name, shape.notes)
         mesh = placed if eye is None else shape
     else:
-        expected = "a file's path, a Surface or a Mesh, which make_mesh makes of arrays"
-        arguments.expect("shape", shape, (str, Path), expected)
         with timed(trace, "load"):
-            mesh = load_mesh(shape, up)
+            mesh = load_mesh(shape, up) if isinstance(shape, (str, Path)) else as_mesh(shape, up)
     return without_terraces(turn_outwards(sew_seams(Surface(mesh, trace)), eye))

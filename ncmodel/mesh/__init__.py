@@ -1,1 +1,1 @@
-"""Mesh files to meshes: readers, triangulation, welding."""
+"""Vertices and triangles to meshes in object space: welding, stitching, surfaces through points."""

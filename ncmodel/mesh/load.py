@@ -12,15 +12,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ncmodel.errors import ArgumentError, MeshError
-from ncmodel.mesh import formats
-from ncmodel.mesh.content import Content, NotAMeshError
 from ncmodel.mesh.weld import weld, without_cracks
+from ncmodel.readers import cad, formats
+from ncmodel.readers.content import Content, NotAMeshError
 from ncmodel.types import Floats, Ints, Mesh
 
 SUFFIXES = formats.SUFFIXES
 """The file formats read."""
 
-_WELDED_SUFFIXES = (".stl", ".gltf", ".glb")
+_WELDED_SUFFIXES = (".stl", ".gltf", ".glb", *cad.SUFFIXES)
 _LOOSE = 1.5
 """A mesh with more vertices a face than this is in loose triangles, whatever its format; surfaces have about half."""
 _ALREADY_NORMALISED = 1e-6
@@ -41,20 +41,35 @@ def load_mesh(path: str | Path, up: str = "y") -> Mesh:
         MeshError: The file is missing, unreadable, not a mesh, empty, or has coordinates that aren't numbers.
         UsageError: `up` is something else.
     """
-    suffix = Path(path).suffix.lower()
-    content = _read(path)
+    return settled(_read(path), Path(path).stem, up, path)
+
+
+def settled(content: Content, name: str, up: str = "y", source: str | Path | None = None) -> Mesh:
+    """What was read, in object space: normalised, with faces, welded where nothing shares its vertices.
+
+    Args:
+        content: What was read.
+        name: The shape's name.
+        up: Its upward axis, "y" or "z".
+        source: The file, if it comes from one.
+
+    Raises:
+        MeshError: As of `load_mesh`.
+        UsageError: `up` is something else.
+    """
     vertices, faces, notes = upright(content.vertices, up), content.faces, list(content.notes)
     if len(faces) == 0:
         finite = np.isfinite(vertices).all(axis=1)
         if not finite.all():
             notes.append(f"left out {np.count_nonzero(~finite)} points whose coordinates aren't numbers")
-        vertices, faces = _surface_through(vertices[finite], path)
+        vertices, faces = _surface_through(vertices[finite], source or name)
         notes.append(f"reconstructed {len(faces)} faces from points (screened Poisson)")
-    loose = suffix in _WELDED_SUFFIXES or len(vertices) > _LOOSE * len(faces)
+    split = source is not None and Path(source).suffix.lower() in _WELDED_SUFFIXES
+    loose = split or len(vertices) > _LOOSE * len(faces)
     stored = len(vertices)
     if loose:
         vertices, faces = weld(vertices, faces)
-    mesh = make_mesh(vertices, faces, Path(path).stem, tuple(notes), source=path)
+    mesh = make_mesh(vertices, faces, name, tuple(notes), source=source)
     return without_cracks(mesh, stored) if loose else mesh
 
 

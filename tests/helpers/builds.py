@@ -10,7 +10,7 @@ from dataset_tools.build.build import Summary, build_dataset, folder_status
 from dataset_tools.build.config import BuildConfig
 from dataset_tools.build.mesh_files import find_sources
 from dataset_tools.build.runners import HereRunner, Runner
-from ncmodel.mesh.ply import ply_bytes
+from ncmodel.readers.ply import ply_bytes
 from ncmodel.types import Mesh
 from tests.helpers import dirty
 

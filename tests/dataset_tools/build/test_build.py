@@ -17,7 +17,7 @@ from ncmodel.camera import Camera
 from ncmodel.drawing.settings import INK_LEVEL
 from ncmodel.errors import InputError
 from ncmodel.mesh.load import load_mesh
-from ncmodel.mesh.ply import ply_bytes
+from ncmodel.readers.ply import ply_bytes
 from ncmodel.types import Mesh
 from tests.helpers import analytic, dirty
 from tests.helpers.builds import CONFIG, build, contents, make_meshes, state

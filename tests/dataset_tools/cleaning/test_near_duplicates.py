@@ -15,7 +15,7 @@ from dataset_tools.cleaning.near_duplicates import NEAR, candidate_pairs, compar
 from dataset_tools.cleaning.repair import clean_file
 from dataset_tools.cleaning.shape_distance import invariants, surface_distance
 from dataset_tools.simulation.shapes import make_shapes
-from ncmodel.mesh.ply import ply_bytes
+from ncmodel.readers.ply import ply_bytes
 from ncmodel.types import Floats, Mesh
 from tests.helpers import dirty
 

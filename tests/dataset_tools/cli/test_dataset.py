@@ -9,7 +9,7 @@ import pytest
 from dataset_tools.build.costs import BuildCost
 from ncmodel.cli.main import main
 from ncmodel.mesh.load import load_mesh
-from ncmodel.mesh.ply import ply_bytes
+from ncmodel.readers.ply import ply_bytes
 from ncmodel.types import Mesh
 from tests.helpers import dirty
 from tests.helpers.commands import complaint, printed

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ncmodel.mesh.ply import ply_bytes
+from ncmodel.readers.ply import ply_bytes
 from ncmodel.types import Mesh
 from tests.helpers.builds import build, make_meshes
 from tests.helpers.commands import complaint, printed

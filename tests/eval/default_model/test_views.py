@@ -13,7 +13,7 @@ from ncmodel.data.item import Item
 from ncmodel.drawing.settings import LayeredDrawings, Levels
 from ncmodel.errors import InputError
 from ncmodel.mesh.load import make_mesh
-from ncmodel.mesh.ply import ply_bytes
+from ncmodel.readers.ply import ply_bytes
 from ncmodel.scene.surface import Surface
 from ncmodel.types import Mesh
 from tests.helpers.counted import counted

@@ -17,7 +17,7 @@ from ncmodel.drawing.draw import draw
 from ncmodel.geometry.raycast import RayScene
 from ncmodel.images import from_ink, write_png
 from ncmodel.mesh.load import load_mesh
-from ncmodel.mesh.ply import ply_bytes
+from ncmodel.readers.ply import ply_bytes
 from ncmodel.types import Floats, Image
 from tests.helpers.commands import complaint, printed
 

@@ -9,11 +9,11 @@ from ncmodel.camera import Camera
 from ncmodel.cli.main import main
 from ncmodel.drawing.draw import draw
 from ncmodel.mesh.load import load_mesh
-from ncmodel.mesh.ply import ply_bytes
 from ncmodel.model.calibration import RECORD
 from ncmodel.nets.blocks import initialise
 from ncmodel.nets.checkpoints import Checkpoint, save_checkpoint
 from ncmodel.nets.ranking import RankingModule
+from ncmodel.readers.ply import ply_bytes
 from ncmodel.types import Mesh
 from tests.helpers import analytic
 from tests.helpers.commands import complaint, printed

@@ -60,7 +60,7 @@ def test_a_mesh_of_any_size_is_drawn_alike(torus: Mesh) -> None:
     ("options", "message"),
     [
         ({"shape": None}, "shape: found NoneType, expected a file's path, a Surface or a Mesh"),
-        ({"shape": np.zeros((3, 3))}, "shape: found ndarray, .* which make_mesh makes of arrays"),
+        ({"shape": np.zeros((3, 3))}, r"shape: found ndarray, .* \(vertices, faces\), or a mesh of trimesh"),
         ({"lines": 3}, "lines: found 3, expected some of contours"),
         ({"lines": [None]}, "lines: found None, expected some of contours"),
         ({"thresholds": 0.1}, "thresholds: found float, expected Thresholds or a dictionary"),

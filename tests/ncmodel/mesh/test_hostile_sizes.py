@@ -6,8 +6,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from ncmodel.mesh.ply import read_ply
-from ncmodel.mesh.stl import read_stl
+from ncmodel.readers.ply import read_ply
+from ncmodel.readers.stl import read_stl
 
 SECONDS = 20
 """Of processor time: a hundred times what is needed, and a small part of what quadratic reading took."""

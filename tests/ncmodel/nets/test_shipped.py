@@ -8,11 +8,11 @@ import trimesh
 
 from ncmodel.cli.main import main
 from ncmodel.errors import UsageError
-from ncmodel.mesh.ply import ply_bytes
 from ncmodel.model.predictor import Model, load_model
 from ncmodel.nets.checkpoints import Checkpoint
 from ncmodel.nets.ranking import RankingModule
 from ncmodel.nets.shipped import DEFAULT_PATH, checkpoint_path
+from ncmodel.readers.ply import ply_bytes
 from ncmodel.types import LineFamily, Mesh
 from tests.helpers.micro_training import MICRO
 from tests.helpers.views import bumpy, orbited

@@ -9,11 +9,11 @@ import pytest
 
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
-from ncmodel.mesh.ply import ply_bytes
 from ncmodel.model.maps import item_maps, network_maps
 from ncmodel.model.predictor import Model
 from ncmodel.nets.checkpoints import load_checkpoint
 from ncmodel.nets.presets import CURVATURE_MAPS, MAPS
+from ncmodel.readers.ply import ply_bytes
 from ncmodel.training.dataset import ViewImages
 from ncmodel.training.train import TrainOptions, run_training
 from ncmodel.types import LineFamily, Mesh

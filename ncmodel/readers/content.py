@@ -1,9 +1,15 @@
 """What a mesh file holds, and what is no mesh at all whatever its name says."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from ncmodel.types import Floats, Ints
+
+Geometry = tuple[Floats, Ints]
+"""(V, 3) vertices and (F, 3) faces of a part."""
 
 _PACKED = {
     b"\x1f\x8b": "gzip",
@@ -36,8 +42,32 @@ class NotAMeshError(ValueError):
     """The file is sound, but no mesh and no point cloud; the text says what it is."""
 
 
-def check_kind(data: bytes) -> None:
+def placed(part: Geometry, place: Floats) -> Geometry:
+    """A part where a scene puts it; its faces stay counter-clockwise seen from outside.
+
+    Args:
+        part: Vertices and faces.
+        place: (4, 4) affine, of columns.
+    """
+    vertices, faces = part
+    mirrored = np.linalg.det(place[:3, :3]) < 0
+    return vertices @ place[:3, :3].T + place[:3, 3], faces[:, ::-1] if mirrored else faces
+
+
+def joined(parts: Sequence[Geometry]) -> Geometry:
+    """The vertices and faces of all parts, part after part."""
+    offsets = np.cumsum([0, *(len(vertices) for vertices, _ in parts)])
+    vertices = [np.zeros((0, 3)), *(vertices for vertices, _ in parts)]
+    faces = [faces + offset for (_, faces), offset in zip(parts, offsets, strict=False)]
+    return np.concatenate(vertices), np.concatenate([np.zeros((0, 3), dtype=np.int64), *faces])
+
+
+def check_kind(data: bytes, suffix: str = "") -> None:
     """Name what stands in place of a mesh file where a download or a checkout went wrong.
+
+    Args:
+        data: The file's bytes.
+        suffix: Its suffix: COLLADA is XML, and 3MF a packed folder.
 
     Raises:
         NotAMeshError: The bytes are those of a pointer, a web page, an archive or UTF-16.
@@ -49,10 +79,10 @@ def check_kind(data: bytes) -> None:
         raise NotAMeshError("a git-annex pointer in place of the file (git annex get fetches it)")
     if head.startswith((b"<!doctype html", b"<html")) or (head.startswith(b"<") and b"<html" in head):
         raise NotAMeshError("a web page (HTML), as a download that failed leaves it")
-    if head.startswith((b"<?xml", b"<!--", b"<error")):
+    if suffix != ".dae" and head.startswith((b"<?xml", b"<!--", b"<error")):
         raise NotAMeshError("an XML document")
     for mark, packer in _PACKED.items():
-        if data.startswith(mark):
+        if data.startswith(mark) and not (packer == "zip" and suffix == ".3mf"):
             raise NotAMeshError(f"a file packed by {packer}, which is to be unpacked first")
     letters = rb"(?:[\t\n\r -~]\0){%d}|(?:\0[\t\n\r -~]){%d}" % (_UTF16_LETTERS, _UTF16_LETTERS)
     if data.startswith((b"\xff\xfe", b"\xfe\xff")) or re.match(letters, data):

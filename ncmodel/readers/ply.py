@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ncmodel.mesh.content import Content, NotAMeshError
-from ncmodel.mesh.numbers import numbers
-from ncmodel.mesh.triangulate import triangulate
+from ncmodel.readers.content import Content, NotAMeshError
+from ncmodel.readers.numbers import numbers
+from ncmodel.readers.triangulate import triangulate
 from ncmodel.types import Floats, Ints, Mesh
 
 _TYPES = {

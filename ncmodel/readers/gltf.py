@@ -16,11 +16,10 @@ from urllib.parse import unquote, unquote_to_bytes
 import numpy as np
 from numpy.typing import NDArray
 
-from ncmodel.mesh.content import Content, NotAMeshError
+from ncmodel.readers.content import Content, Geometry, NotAMeshError, joined, placed
 from ncmodel.types import Floats, Ints
 
 Record = dict[str, Any]
-Geometry = tuple[Floats, Ints]
 
 _TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
@@ -74,23 +73,19 @@ class _Scene:
             if "mesh" in node
             for primitive in self.root["meshes"][node["mesh"]]["primitives"]
         ]
-        placed = [parts for parts in found if "POSITION" in parts[0]["attributes"]]
-        shown = [self._part(*parts) for parts in placed]
+        located = [parts for parts in found if "POSITION" in parts[0]["attributes"]]
+        shown = [self._part(*parts) for parts in located]
         if any(len(faces) for _, faces in shown):
             shown = [part for part in shown if len(part[1])]
         else:
-            shown = [part for part, (primitive, *_) in zip(shown, placed, strict=True) if _is_cloud(primitive)]
-            if placed and not shown:
-                splats = any(_is_splats(primitive) for primitive, *_ in placed)
+            shown = [part for part, (primitive, *_) in zip(shown, located, strict=True) if _is_cloud(primitive)]
+            if located and not shown:
+                splats = any(_is_splats(primitive) for primitive, *_ in located)
                 raise NotAMeshError(f"{'Gaussian splats' if splats else 'lines'} and no faces")
-        offsets = np.cumsum([0, *(len(vertices) for vertices, _ in shown)])
-        empty: Geometry = (np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
-        vertices, faces = zip(empty, *shown, strict=False)
-        moved = [part + offset for part, offset in zip(faces[1:], offsets, strict=False)]
         notes = [f"{len(hidden)} hidden nodes aren't drawn"] if hidden else []
-        if len(placed) < len(found):
-            notes.append(f"{len(found) - len(placed)} parts without positions are passed over")
-        return Content(np.concatenate(vertices), np.concatenate([faces[0], *moved]), tuple(notes))
+        if len(located) < len(found):
+            notes.append(f"{len(found) - len(located)} parts without positions are passed over")
+        return Content(*joined(shown), tuple(notes))
 
     def _placements(self) -> tuple[dict[int, Floats], set[int]]:
         """The (4, 4) transform of each node of the scene, and the nodes that are hidden, as all below them are."""
@@ -134,8 +129,7 @@ class _Scene:
             places = self._skin(attributes, self.root["skins"][node["skin"]])
             vertices = np.einsum("vij,vj->vi", places[:, :3, :3], vertices) + places[:, :3, 3]
             return vertices, faces
-        mirrored = np.linalg.det(place[:3, :3]) < 0
-        return vertices @ place[:3, :3].T + place[:3, 3], faces[:, ::-1] if mirrored else faces
+        return placed((vertices, faces), place)
 
     def _skin(self, attributes: Record, skin: Record) -> Floats:
         """(V, 4, 4) where a skin's joints put each vertex; its node's own place doesn't count."""

@@ -4,8 +4,8 @@ import re
 
 import numpy as np
 
-from ncmodel.mesh.content import Content
-from ncmodel.mesh.numbers import numbers
+from ncmodel.readers.content import Content
+from ncmodel.readers.numbers import numbers
 from ncmodel.types import Floats
 
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

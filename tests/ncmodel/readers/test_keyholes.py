@@ -7,7 +7,7 @@ import pytest
 
 from ncmodel.errors import MeshError
 from ncmodel.mesh.load import read_geometry
-from ncmodel.mesh.triangulate import triangulate
+from ncmodel.readers.triangulate import triangulate
 from ncmodel.types import Floats
 
 TILT = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]

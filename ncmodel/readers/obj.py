@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ncmodel.jit import kernel
-from ncmodel.mesh.content import Content, NotAMeshError
-from ncmodel.mesh.numbers import numbers
-from ncmodel.mesh.triangulate import triangulate
+from ncmodel.readers.content import Content, NotAMeshError
+from ncmodel.readers.numbers import numbers
+from ncmodel.readers.triangulate import triangulate
 from ncmodel.types import Ints
 
 Bytes = NDArray[np.uint8]

@@ -7,7 +7,7 @@ import pytest
 
 from ncmodel.errors import MeshError
 from ncmodel.mesh.load import load_mesh
-from ncmodel.mesh.stl import read_stl
+from ncmodel.readers.stl import read_stl
 from ncmodel.types import Floats
 from tests.helpers.mesh_files import tetrahedron
 
@@ -81,7 +81,7 @@ def test_every_face_is_read_and_what_was_odd_is_told(name: str, tmp_path: Path) 
         (binary()[:100], "neither a text STL nor a binary one of 100 bytes"),
         (
             text()[: text().index(b"endloop") - 20],
-            "2 corners, not a multiple of 3, and no endsolid at the end: the file",
+            "2 corners, not a multiple of 3, and no endsolid at the end: the file is cut off",
         ),
         (text()[:-80] + b"\0\1\2", "something else"),
         (text().replace(b" 1.0 ", b" two "), "'two' among the numbers"),

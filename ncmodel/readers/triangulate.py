@@ -3,7 +3,7 @@
 import numpy as np
 
 from ncmodel.jit import kernel
-from ncmodel.mesh.content import NotAMeshError
+from ncmodel.readers.content import NotAMeshError
 from ncmodel.types import Floats, Ints
 
 _ANY, _SPIKE, _TOUCHED, _EAR = 0, 1, 2, 3

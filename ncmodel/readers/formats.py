@@ -1,8 +1,9 @@
 """Mesh files -> vertices and triangles, as they are in the file.
 
-They are read by the project itself. trimesh, which reads all of these formats, moves quads behind triangles, fans out
-polygons that aren't convex, gives a vertex for each of its textures, and takes some files that break off for empty ones
-(`tests/ncmodel/mesh/test_trimesh.py` has an example for each format); and a drawing shouldn't wait for it to load.
+They are read by the project itself, but for CAD. trimesh, which reads all of these formats, moves quads behind
+triangles, fans out polygons that aren't convex, gives a vertex for each of its textures, takes all meshes of another
+part of a 3MF package for each component, leaves out COLLADA's strips and upward axis, and takes some files that break
+off for empty ones (`tests/ncmodel/readers/test_trimesh.py` has examples); and a drawing shouldn't wait for it to load.
 """
 
 import re
@@ -12,13 +13,16 @@ from pathlib import Path
 
 import numpy as np
 
-from ncmodel.mesh.content import Content, check_kind
-from ncmodel.mesh.gltf import read_gltf
-from ncmodel.mesh.numbers import numbers
-from ncmodel.mesh.obj import read_obj
-from ncmodel.mesh.ply import read_ply
-from ncmodel.mesh.stl import read_stl
-from ncmodel.mesh.triangulate import triangulate
+from ncmodel.readers import cad
+from ncmodel.readers.collada import read_collada
+from ncmodel.readers.content import Content, check_kind
+from ncmodel.readers.gltf import read_gltf
+from ncmodel.readers.numbers import numbers
+from ncmodel.readers.obj import read_obj
+from ncmodel.readers.ply import read_ply
+from ncmodel.readers.stl import read_stl
+from ncmodel.readers.threemf import read_3mf
+from ncmodel.readers.triangulate import triangulate
 
 _HEADER_LINES = 2
 """Of points: how many there are, and the names of the columns or a remark."""
@@ -35,8 +39,9 @@ def read_mesh(path: Path) -> Content:
     suffix = path.suffix.lower()
     # No format starts with a mark of its encoding, but editors put one there.
     data = path.read_bytes().removeprefix(BOM_UTF8)
-    check_kind(data)
-    return read_gltf(path, data) if suffix in (".gltf", ".glb") else _READERS[suffix](data)
+    check_kind(data, suffix)
+    reader = _READERS.get(suffix)
+    return reader(data) if reader else _SCENE_READERS[suffix](path, data)
 
 
 def _off(data: bytes) -> Content:
@@ -107,7 +112,17 @@ _READERS: dict[str, Callable[[bytes], Content]] = {
     ".stl": read_stl,
     ".off": _off,
     ".xyz": _xyz,
+    ".3mf": read_3mf,
+    ".dae": read_collada,
 }
+_SCENE_READERS: dict[str, Callable[[Path, bytes], Content]] = {
+    ".gltf": read_gltf,
+    ".glb": read_gltf,
+    **dict.fromkeys(cad.SUFFIXES, cad.read_cad),
+}
+"""Those that need the file's name, too."""
 
-SUFFIXES = (*_READERS, ".gltf", ".glb")
+Y_UP_SUFFIXES = (".gltf", ".glb", ".3mf", ".dae")
+"""Formats that say which axis is up, by definition or in the file."""
+SUFFIXES = (*_READERS, *_SCENE_READERS)
 """The file formats read."""

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ncmodel.mesh.triangulate import triangulate
+from ncmodel.readers.triangulate import triangulate
 
 
 def test_concave_polygons_keep_their_area() -> None:

@@ -1,0 +1,1 @@
+"""Mesh files to vertices and triangles, as they are in the file."""
