@@ -18,6 +18,17 @@ DEFAULT_SIZE = 768
 DEFAULT_AZIMUTH = 30.0
 DEFAULT_ELEVATION = 30.0
 DEFAULT_DISTANCE = 3.0
+VIEWS = {
+    "front": (0.0, 0.0),
+    "back": (180.0, 0.0),
+    "left": (-90.0, 0.0),
+    "right": (90.0, 0.0),
+    "top": (0.0, 90.0),
+    "bottom": (0.0, -90.0),
+    "iso": (45.0, math.degrees(math.atan(math.sqrt(0.5)))),
+}
+"""Names of views -> azimuth and elevation, degrees. In "iso" all three axes are equally long; left and right are the
+shape's sides at -x and +x."""
 FRAME_MARGIN = 0.06
 """Share of the shorter side left empty on each side when a camera is fitted to an object."""
 

@@ -22,12 +22,16 @@ def is_clutter(name: str) -> bool:
 
 
 @contextmanager
-def atomic(path: str | Path) -> Iterator[Path]:
+def atomic(path: str | Path, private: bool = False) -> Iterator[Path]:
     """A path aside to write to, renamed to `path` when the block ends well and removed when it doesn't.
 
     The name aside keeps the suffix, so that writers which go by the suffix work. A file that is replaced keeps its
     permissions; of a link, what it leads to is replaced; into a pipe the finished content is written. What a process
     that was killed has left aside is removed by the next one that writes to that folder.
+
+    Args:
+        path: Where to.
+        private: A file that wasn't there before is its owner's alone.
 
     Raises:
         InputError: There is no such folder, or the path is one, or a device.
@@ -49,7 +53,7 @@ def atomic(path: str | Path) -> Iterator[Path]:
             aside.unlink()
         else:
             # Files aside are private; the finished one gets the usual permissions, or those of the one before.
-            aside.chmod(_usual_mode() if mode is None else mode & 0o777)
+            aside.chmod((0o600 if private else _usual_mode()) if mode is None else mode & 0o777)
             os.replace(aside, target)
     except BaseException:
         aside.unlink(missing_ok=True)
@@ -131,7 +135,7 @@ def write_text(path: str | Path, text: str) -> None:
         aside.write_text(text, encoding="utf-8", newline="\n")
 
 
-def write_bytes(path: str | Path, data: bytes) -> None:
-    """Write bytes atomically."""
-    with atomic(path) as aside:
+def write_bytes(path: str | Path, data: bytes, private: bool = False) -> None:
+    """Write bytes atomically; `private` as for `atomic`."""
+    with atomic(path, private) as aside:
         aside.write_bytes(data)

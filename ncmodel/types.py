@@ -47,6 +47,9 @@ FILTERED_FAMILIES = (LineFamily.SUGGESTIVE, LineFamily.RIDGES, LineFamily.VALLEY
 LENGTHS = {LineFamily.SUGGESTIVE: 2, LineFamily.RIDGES: 1, LineFamily.VALLEYS: 1, LineFamily.APPARENT: 2}
 """The power of the feature size that makes a family's feature dimensionless."""
 
+HIDDEN_GROUP = "hidden"
+"""The layer of lines behind the surface, of whatever family."""
+
 SUGGESTIVE_FADE = 0.03
 """rtsc's fade of suggestive contours: alpha is 1/2 this far above the threshold (docs/geometry.md 7)."""
 
@@ -278,12 +281,24 @@ class Stroke:
         points: (n, 2) pixel coordinates (u right, v down).
         alpha: (n,) opacity in [0, 1], linear between points.
         depth: (n,) distance in front of the camera plane; None for lines that don't come from the mesh.
+        hidden: Whether it lies behind the surface.
     """
 
     family: str
     points: Floats
     alpha: Floats
     depth: Floats | None = None
+    hidden: bool = False
+
+    @property
+    def group(self) -> str:
+        """The layer of a drawing that it belongs to: its family's, or that of all hidden lines."""
+        return HIDDEN_GROUP if self.hidden else self.family
+
+    def reversed(self) -> Self:
+        """The same stroke, drawn from its other end."""
+        depth = None if self.depth is None else self.depth[::-1]
+        return replace(self, points=self.points[::-1], alpha=self.alpha[::-1], depth=depth)
 
 
 @dataclass(frozen=True)

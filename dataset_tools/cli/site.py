@@ -48,6 +48,7 @@ def serve(
             help="Votes, answers or database of an earlier round, whose participants can't again; repeatable."
         ),
     ] = None,
+    signed_links: Annotated[bool, typer.Option(help="Let in only people with a link that `crowd links` made.")] = False,
     token_file: Annotated[
         Path | None, typer.Option(help="File with the requester's token; DB.token by default.")
     ] = None,
@@ -56,12 +57,13 @@ def serve(
     """Serve a batch as a web site of its own, for participants of Prolific or anybody with the link."""
     from dataset_tools.site.database import Policy
     from dataset_tools.site.participant_pages import CONSENT, Settings
-    from dataset_tools.site.server import SiteFiles, read_consent, site_parameters
+    from dataset_tools.site.server import SiteFiles, read_consent, read_token, site_parameters
     from dataset_tools.site.server import serve as serve_site
     from dataset_tools.votes.ingest import workers_of
 
     if abandoned_after <= 0:
         raise ArgumentError("abandoned_after", str(abandoned_after), "minutes > 0")
+    files = SiteFiles(batch_dir, db, token_file or _token_of(db))
     settings = Settings(
         parameters=site_parameters(parameters),
         open_to_all=open_to_all,
@@ -71,8 +73,8 @@ def serve(
         contact=contact,
         public_url=public_url.rstrip("/"),
         proxies=proxies,
+        link_token=read_token(files.token) if signed_links else "",
     )
-    files = SiteFiles(batch_dir, db, token_file or db.with_name(db.name + ".token"))
     policy = Policy(places, 60 * abandoned_after, replace_unreliable, workers_of(taken_part or ()))
 
     def announce(found: "Addresses") -> None:
@@ -83,3 +85,40 @@ def serve(
             sys.stderr.write(found.text() + "\n")
 
     serve_site(files, settings, policy, host, port, announce)
+
+
+def links(
+    db: Annotated[Path, typer.Option(help="Database of the site that is served, or will be.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="CSV file of participants and links to write.")],
+    base_url: Annotated[str, typer.Option(help="Address of the site.")],
+    participants: Annotated[Path | None, typer.Option(help="Text file with a participant's number a line.")] = None,
+    count: Annotated[int, typer.Option(help="Make up so many numbers instead.", min=0, max=100_000)] = 0,
+    parameter: Annotated[str, typer.Option(help="First of the site's recruiting parameters.")] = "PROLIFIC_PID",
+    token_file: Annotated[
+        Path | None, typer.Option(help="File with the requester's token; DB.token by default.")
+    ] = None,
+) -> None:
+    """Make links for participants of your own, each for one person, for `crowd serve --signed-links`."""
+    from dataset_tools.site.links import made_up, read_workers, write_links
+    from dataset_tools.site.server import read_token
+
+    if (participants is None) == (count == 0):
+        raise ArgumentError("count", str(count), "either that or --participants")
+    workers = read_workers(participants) if participants else made_up(count)
+    write_links(output, base_url, parameter, workers, read_token(token_file or _token_of(db)))
+    typer.echo(f"{len(workers)} links in {output}", err=True)
+
+
+def backup(
+    db: Annotated[Path, typer.Argument(help="Database of a site.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="File to copy it to.")],
+) -> None:
+    """Copy a site's database, whole, while the site runs, too."""
+    from dataset_tools.votes.results_sqlite import back_up
+
+    sent = back_up(db, output)
+    typer.echo(f"{output}: {sent} questionnaires that were sent", err=True)
+
+
+def _token_of(db: Path) -> Path:
+    return db.with_name(db.name + ".token")

@@ -22,6 +22,7 @@ from starlette.routing import Route
 
 from dataset_tools.questionnaires.pages import asset, render
 from dataset_tools.site.database import Assignment, Refusal, SiteStore, State
+from dataset_tools.site.links import SIGNATURE, is_signed
 from dataset_tools.site.rate_limit import RateLimit
 from dataset_tools.site.security import address, form, headers, redirect
 from dataset_tools.site.served_batch import SiteBatch
@@ -56,6 +57,7 @@ class Settings:
         contact: Whom to ask.
         public_url: The address that participants use, where a proxy with TLS stands before the site; "" on loopback.
         proxies: How many proxies before the site write where requests come from.
+        link_token: The requester's token where only people with a link of the requester's may take part; "" for others.
     """
 
     parameters: tuple[str, ...] = ("PROLIFIC_PID", "STUDY_ID", "SESSION_ID")
@@ -66,6 +68,7 @@ class Settings:
     contact: str = ""
     public_url: str = ""
     proxies: int = 0
+    link_token: str = ""
 
     def __post_init__(self) -> None:
         parts = _web_address(self.public_url)
@@ -140,6 +143,8 @@ class Site:
             text = "Please use the link that your recruiting service gave you."
             return self._message("This link isn't complete", text, 400)
         questions = max(map(len, self.batch.questions.values()))
+        if self.settings.link_token:
+            parameters[SIGNATURE] = request.query_params[SIGNATURE]
         page = render("site_consent.html.j2", settings=self.settings, parameters=parameters, questions=questions)
         return HTMLResponse(page, headers=headers())
 
@@ -259,8 +264,11 @@ class Site:
 
     def _parameters(self, given: Mapping[str, str]) -> dict[str, str] | None:
         """The recruiting parameters in a link or form; None if the one that says who it is is missing or odd."""
-        names = self.settings.parameters
-        found = {name: given[name] for name in names if _PARAMETER.fullmatch(given.get(name, ""))}
+        names, token = self.settings.parameters, self.settings.link_token
+        found = {name: given[name] for name in (*names, SIGNATURE) if _PARAMETER.fullmatch(given.get(name, ""))}
+        signed = found.pop(SIGNATURE, "")
+        if token and not (names[0] in found and is_signed(token, found[names[0]], signed)):
+            return None
         return found if self.settings.open_to_all or names[0] in found else None
 
     def _closed(self, request: Request, assignment: Assignment | None) -> Response:

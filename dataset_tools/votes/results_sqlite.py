@@ -5,11 +5,13 @@ import io
 import json
 import sqlite3
 from collections.abc import Iterator
+from contextlib import closing
 from datetime import UTC, datetime
 from pathlib import Path
 
 from dataset_tools.votes.results_csv import SITE, Answered
 from ncmodel.errors import InputError
+from ncmodel.files import write_bytes
 
 _FINISHED = """
 SELECT id, worker, questionnaire, started, finished FROM participants WHERE state = 'finished' ORDER BY finished, id
@@ -54,6 +56,36 @@ def is_database(path: Path) -> bool:
         return False
 
 
+def back_up(path: Path, output: Path) -> int:
+    """Copy a site's database, whole and as it is at one moment, while the site runs, too.
+
+    Args:
+        path: The database.
+        output: Where to; a new file is its owner's alone.
+
+    Returns:
+        Questionnaires in it that were sent.
+
+    Raises:
+        InputError: There is no site's database, or `output` is it.
+    """
+    if output.exists() and output.samefile(path):
+        raise InputError(output, "the database itself", "another file to copy it to")
+    try:
+        with closing(_read_only(path)) as db, closing(sqlite3.connect(":memory:")) as copy:
+            check_format(db, path)
+            db.backup(copy)
+            sent = copy.execute("SELECT count(*) FROM participants WHERE state = 'finished'").fetchone()[0]
+            write_bytes(output, copy.serialize(), private=True)
+            return int(sent)
+    except sqlite3.Error as error:
+        raise unusable_database(path, error) from error
+
+
+def _read_only(path: Path) -> sqlite3.Connection:
+    return sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True, timeout=LOCK_SECONDS)
+
+
 def read_site_results(path: Path) -> Iterator[Answered]:
     """The questionnaires that were sent, in the order they came; those begun and not sent aren't among them.
 
@@ -63,7 +95,7 @@ def read_site_results(path: Path) -> Iterator[Answered]:
         InputError: The file can't be read or isn't a site's database.
     """
     try:
-        db = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True, timeout=LOCK_SECONDS)
+        db = _read_only(path)
         try:
             check_format(db, path)
             db.execute("BEGIN")

@@ -28,7 +28,8 @@ THUMBNAIL_WIDTH = 4.0
 
 def draw(
     output: Annotated[
-        Path, typer.Option("--output", "-o", help="An .svg, .png or .pdf file; for several meshes, a folder.")
+        Path,
+        typer.Option("--output", "-o", help="An .svg, .png, .pdf, .dxf or .json file; for several meshes, a folder."),
     ],
     meshes: Annotated[
         list[Path] | None,
@@ -41,6 +42,10 @@ def draw(
     camera: Annotated[Path | None, typer.Option(help="Camera file (JSON), not beside --azimuth, --elevation.")] = None,
     azimuth: Annotated[float | None, typer.Option(help="Degrees round the shape from its front (default 30)")] = None,
     elevation: Annotated[float | None, typer.Option(help="Degrees above the ground (default 30)")] = None,
+    view: Annotated[
+        str | None,
+        typer.Option(help="front, back, left, right, top, bottom or iso, in place of --azimuth and --elevation."),
+    ] = None,
     size: Annotated[str | None, typer.Option(help="N or WxH in pixels (default 768, or the camera's)")] = None,
     lines: Annotated[
         str | None,
@@ -59,6 +64,9 @@ def draw(
     min_length: Annotated[
         float, typer.Option(help="Pixels, at 768; shorter strokes are left out, except the outline's.")
     ] = 0.0,
+    hidden: Annotated[
+        str, typer.Option(help="none, dashed or layer: lines behind the surface, in a group of their own.")
+    ] = "none",
     width: Annotated[
         float | None, typer.Option(help="Line width in pixels, at 768; lines grow with the picture (default 2.5).")
     ] = None,
@@ -88,7 +96,8 @@ def draw(
     ] = "balanced",
     device: Annotated[str, typer.Option(help="Where the model computes: cpu, cuda, ...")] = "cpu",
     suffix: Annotated[
-        str | None, typer.Option("--format", help="svg, png or pdf: write to a folder, even one mesh (default svg).")
+        str | None,
+        typer.Option("--format", help="svg, png, pdf, dxf or json: write to a folder, even one mesh (default svg)."),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print what was computed as JSON.")] = False,
 ) -> None:
@@ -98,13 +107,21 @@ def draw(
     if maps is not None:
         from ncmodel.cli.maps import MapsJob, alone
 
-        others = {"--camera": camera, "--azimuth": azimuth, "--elevation": elevation, "--size": size}
+        others = {
+            "--camera": camera,
+            "--view": view,
+            "--azimuth": azimuth,
+            "--elevation": elevation,
+            "--size": size,
+            "--hidden": None if hidden == "none" else hidden,
+        }
         alone(maps, **{"a mesh": meshes}, **others, **{"--format": suffix, "--sort": sort})
         options = {"model": chooser, "lines": lines, "thresholds": thresholds, "variant": variant, "preset": preset}
         MapsJob(maps, output, style, options).run(as_json)
         return
     if not meshes:
         raise UsageError("found neither a mesh nor --maps, expected one of them. Try --help.")
+    azimuth, elevation = _angles(view, camera, azimuth, elevation)
     given = {
         "azimuth": azimuth,
         "elevation": elevation,
@@ -128,6 +145,7 @@ def draw(
             "tolerance": tolerance,
             "detail": detail,
             "min_length": min_length,
+            "hidden": hidden,
             **{name: value for name, value in given.items() if value is not None},
         },
     )
@@ -153,7 +171,7 @@ class _Job:
         from ncmodel.drawing.arguments import plan_of
         from ncmodel.export.page import WIDTH, Picture
 
-        plan_of(**{name: self.options[name] for name in ("lines", "thresholds", "detail", "min_length")})
+        plan_of(**{name: self.options[name] for name in ("lines", "thresholds", "detail", "min_length", "hidden")})
         Picture(1, 1, (), self.style.get("width", WIDTH), self.style["background"])
 
     def draw(self, mesh: Path, output: Path) -> tuple["Drawing", dict[str, Any]]:
@@ -191,7 +209,8 @@ def _draw_folder(job: _Job, meshes: list[Path]) -> None:
     from ncmodel.report.contact_sheet import Tile, contact_sheet
 
     if f".{job.suffix}" not in SUFFIXES:
-        raise UsageError(f"--format: found {job.suffix!r}, expected svg, png or pdf")
+        expected = ", ".join(suffix.removeprefix(".") for suffix in SUFFIXES)
+        raise UsageError(f"--format: found {job.suffix!r}, expected one of {expected}")
     if not job.output.is_dir() and (job.output.exists() or job.output.suffix.lower() in SUFFIXES):
         found = "is a file" if job.output.exists() else "is named like a file"
         raise UsageError(f"--output: {job.output} {found}, expected a folder")
@@ -226,6 +245,23 @@ def _camera(path: Path | None, azimuth: float | None, elevation: float | None, s
         raise UsageError("--camera: found --azimuth or --elevation beside it, expected one or the other")
     camera = Camera.load(path)
     return camera if size is None else camera.resized(*size_of(size))
+
+
+def _angles(
+    view: str | None, camera: Path | None, azimuth: float | None, elevation: float | None
+) -> tuple[float | None, float | None]:
+    """Azimuth and elevation, those of a named view if there is one."""
+    from ncmodel.camera import VIEWS
+
+    if view is None:
+        return azimuth, elevation
+    others = {"--camera": camera, "--azimuth": azimuth, "--elevation": elevation}
+    beside = next((name for name, value in others.items() if value is not None), None)
+    if beside is not None:
+        raise UsageError(f"--view: found {beside} beside it, expected one or the other")
+    if view not in VIEWS:
+        raise UsageError(f"--view: found {view!r}, expected one of {', '.join(VIEWS)}")
+    return VIEWS[view]
 
 
 def _model(path: Path, mode: str | None, device: str) -> Any:
@@ -268,9 +304,10 @@ def _record(mesh: Path, output: Path, drawing: "Drawing", seconds: float) -> dic
         "threshold_unit": plan.thresholds.unit,
         "detail": plan.detail,
         "min_length": plan.min_length,
+        "hidden": plan.hidden,
         "score": plan.score,
         "score_evaluations": plan.evaluations,
-        "strokes": dict(Counter(stroke.family for stroke in drawing.strokes)),
+        "strokes": dict(Counter(stroke.group for stroke in drawing.strokes)),
         "computed": [timing.stage for timing in drawing.trace.timings],
         "seconds": drawing.trace.seconds(),
         "seconds_total": seconds,

@@ -31,11 +31,11 @@ class MapsJob:
 
     def run(self, as_json: bool) -> None:
         """Draw and write."""
-        from ncmodel.drawing.drawing import check_output
+        from ncmodel.drawing.drawing import PICTURES, check_output
         from ncmodel.published.folder import read_maps
         from ncmodel.published.pictures import draw_maps
 
-        check_output(self.output)
+        check_output(self.output, PICTURES)
         begin = time.perf_counter()
         drawing = draw_maps(read_maps(self.maps), **self.options)
         drawing.save(self.output, **self.style)

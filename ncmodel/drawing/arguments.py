@@ -3,9 +3,9 @@
 import math
 from collections.abc import Iterable, Mapping
 from numbers import Real
-from typing import Any
+from typing import Any, cast, get_args
 
-from ncmodel.drawing.plan import CRUMB, DEFAULT_FAMILIES, Plan
+from ncmodel.drawing.plan import CRUMB, DEFAULT_FAMILIES, Hidden, Plan
 from ncmodel.errors import ArgumentError
 from ncmodel.types import FILTERED_FAMILIES, LineFamily, Thresholds
 
@@ -24,6 +24,7 @@ def plan_of(
     thresholds: ThresholdValues | None = None,
     detail: float = 1.0,
     min_length: float = 0.0,
+    hidden: str = "none",
 ) -> Plan:
     """The plan that draws what was asked for.
 
@@ -34,6 +35,7 @@ def plan_of(
         thresholds: rtsc's defaults unless given.
         detail: Share of the lines inside the outline that is drawn, in 0..1.
         min_length: Pixels, at 768, of the shortest strokes, at least 0.
+        hidden: What becomes of lines behind the surface: "none", "dashed" or "layer".
 
     Raises:
         ArgumentError: A family is unknown or has no threshold, a threshold can't be compared with anything, or a number
@@ -41,6 +43,8 @@ def plan_of(
     """
     _check_range("detail", detail, 1.0, "a share from 0 (the outline) to 1 (all lines)")
     _check_range("min_length", min_length, math.inf, "pixels >= 0")
+    if hidden not in get_args(Hidden):
+        raise ArgumentError("hidden", repr(hidden), f"one of {', '.join(get_args(Hidden))}")
     if thresholds is None or isinstance(thresholds, Thresholds):
         named, values = {}, thresholds or Thresholds()
     else:
@@ -50,7 +54,15 @@ def plan_of(
     families = families_of(lines) if lines is not None else tuple(dict.fromkeys((*DEFAULT_FAMILIES, *named)))
     finished = thresholds is None
     crumb = CRUMB if finished and lines is None else 0.0
-    return Plan(families, values, finished=finished, crumb=crumb, detail=float(detail), min_length=float(min_length))
+    return Plan(
+        families,
+        values,
+        finished=finished,
+        crumb=crumb,
+        detail=float(detail),
+        min_length=float(min_length),
+        hidden=cast(Hidden, hidden),
+    )
 
 
 def families_of(lines: Lines) -> tuple[LineFamily, ...]:

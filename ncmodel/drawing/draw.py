@@ -12,7 +12,7 @@ from typing import Any, Protocol
 from ncmodel.camera import DEFAULT_AZIMUTH, DEFAULT_ELEVATION, DEFAULT_SIZE, Camera
 from ncmodel.drawing import arguments
 from ncmodel.drawing.drawing import Drawing
-from ncmodel.drawing.finishing import finish
+from ncmodel.drawing.finishing import finish, finish_hidden
 from ncmodel.drawing.importance import most_important, without_short
 from ncmodel.drawing.plan import Plan
 from ncmodel.drawing.strokes import strokes
@@ -92,6 +92,7 @@ def draw(
     tolerance: float | None = None,
     detail: float = 1.0,
     min_length: float = 0.0,
+    hidden: str = "none",
 ) -> Drawing:
     """Draw a shape's lines.
 
@@ -118,6 +119,7 @@ def draw(
         detail: Share of the lines inside the outline that is drawn, the strongest and longest first: 0 is the outline
             alone, 1 everything.
         min_length: Shorter strokes are left out unless they are outline; pixels, at 768: it grows with the picture.
+        hidden: "dashed" or "layer" draws the lines behind the surface, too, in a group of their own; "none" doesn't.
 
     Raises:
         MeshError: The file can't be read.
@@ -128,7 +130,7 @@ def draw(
         raise UsageError("thresholds: found some beside a model, which chooses its own; expected one or the other")
     if variant is not None and model is None:
         raise ArgumentError("variant", repr(variant), "a model beside it, whose branches it tells")
-    asked = arguments.plan_of(lines, thresholds, detail, min_length)
+    asked = arguments.plan_of(lines, thresholds, detail, min_length, hidden)
     _check(camera, model, azimuth=azimuth, elevation=elevation, crease_angle=crease_angle)
     surface = _surface(shape, up, None if camera is None else camera.eye)
     if LineFamily.CREASES in asked.families and model is None:
@@ -137,7 +139,7 @@ def draw(
     view = View(surface, placed, crease_angle)
     among = None if lines is None else asked.families
     plan = asked if model is None else _chosen(model, view, variant, preset, among)
-    plan = replace(plan, detail=asked.detail, min_length=asked.min_length)
+    plan = replace(plan, detail=asked.detail, min_length=asked.min_length, hidden=asked.hidden)
     drawing = draw_view(seen_by(plan, view), plan, fineness)
     if camera is not None or isinstance(shape, Surface):
         return drawing
@@ -182,6 +184,8 @@ def draw_view(view: View, plan: Plan, fineness: Fineness = BALANCED) -> Drawing:
         drawn = list(finish(drawn, view, plan.crumb))
     mesh = view.mesh
     chosen = _chosen_strokes(view, plan, tuple(drawn))
+    if plan.hidden != "none":
+        chosen += _chosen_strokes(view, plan, _hidden_strokes(view, plan, chosen, fineness))
     return Drawing(view.camera, chosen, mesh.name, plan, mesh.notes, view.trace)
 
 
@@ -204,6 +208,16 @@ def visible_segments(
     return fade(view.unhidden(strong, sample_pixels), threshold)
 
 
+def hidden_segments(
+    view: View, family: LineFamily, threshold: Threshold = EVERYTHING, sample_pixels: float = 1.0
+) -> Segments:
+    """What the surface hides of the segments of a family that its threshold leaves; arguments as `visible_segments`."""
+    if family not in FILTERED_FAMILIES:
+        return fade(view.hidden(family, sample_pixels), threshold)
+    lines = view.candidates(family)
+    return fade(view.behind(lines.take(survivors(lines, threshold)), sample_pixels), threshold)
+
+
 def strokes_of(view: View, segments: Segments, fineness: Fineness = BALANCED) -> tuple[Stroke, ...]:
     """The strokes that visible segments of a view are drawn as: long, simplified, without dots.
 
@@ -220,6 +234,16 @@ def strokes_of(view: View, segments: Segments, fineness: Fineness = BALANCED) ->
 def shortest_stroke(family: LineFamily, camera: Camera) -> float:
     """Pixels below which strokes of a family are dots; edges of the mesh have none."""
     return 0.0 if family in MESH_EDGES else SHORTEST_STROKE * page_scale(camera.width, camera.height)
+
+
+def _hidden_strokes(view: View, plan: Plan, drawn: tuple[Stroke, ...], fineness: Fineness) -> tuple[Stroke, ...]:
+    """The lines behind the surface that the plan has, each once, and none where a visible one is drawn."""
+    found: list[Stroke] = []
+    for family in plan.drawn:
+        threshold = plan.thresholds.of(family)
+        assert threshold is not None, "families that are left out aren't drawn"
+        found += strokes_of(view, hidden_segments(view, family, threshold, fineness.sample_pixels), fineness)
+    return finish_hidden(found, drawn, view)
 
 
 def _rims(view: View, fineness: Fineness) -> tuple[Stroke, ...]:

@@ -1,22 +1,30 @@
 """A drawing: strokes on a picture plane, what they show, and how they are written."""
 
 from collections import Counter
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from ncmodel.camera import Camera
 from ncmodel.drawing.plan import Plan
 from ncmodel.errors import UsageError
+from ncmodel.export.dxf import dxf
 from ncmodel.export.page import WIDTH, Picture
 from ncmodel.export.pdf import pdf
 from ncmodel.export.png import ink, png
+from ncmodel.export.stroke_data import StrokeData, stroke_data, strokes_json
 from ncmodel.export.svg import svg
 from ncmodel.files import check_writable, write_bytes
 from ncmodel.types import Image, Stroke, Trace
 
-SUFFIXES = (".svg", ".png", ".pdf")
-"""The file formats that a drawing is written in."""
+if TYPE_CHECKING:
+    import pandas as pd
+
+PICTURES = (".svg", ".png", ".pdf")
+"""The file formats of pictures."""
+SUFFIXES = (*PICTURES, ".dxf", ".json")
+"""The file formats that a drawing is written in: pictures, lines for CAD, and strokes as data."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,35 +70,48 @@ class Drawing:
         return svg(self.picture(width, background))
 
     def save(self, path: str | Path, width: float = WIDTH, background: str | None = None) -> None:
-        """Write an .svg, .png or .pdf file.
+        """Write an .svg, .png, .pdf, .dxf or .json file; JSON holds the strokes as `strokes_frame` has them.
 
         Args:
             path: Where to; the suffix says in which format.
             width: Line width, in pixels of a picture whose shorter side is 768; lines grow with the picture.
             background: "#rrggbb", "white", "black" or "transparent"; None paints none in vector files, white in PNG.
+                DXF and JSON have none.
 
         Raises:
             UsageError: The suffix, the width or the background is something else.
             InputError: There is no such folder.
         """
         check_output(path)
-        writers = {".svg": lambda p: svg(p).encode(), ".png": png, ".pdf": pdf}
-        write_bytes(path, writers[Path(path).suffix.lower()](self.picture(width, background)))
+        picture, suffix = self.picture(width, background), Path(path).suffix.lower()
+        if suffix == ".json":
+            data = strokes_json(self.name, self.strokes, self.camera).encode()
+        else:
+            data = _WRITERS[suffix](picture)
+        write_bytes(path, data)
+
+    def strokes_frame(self) -> "pd.DataFrame":
+        """The strokes as a table, one a row; the columns are the attributes of `StrokeData`."""
+        import pandas as pd
+
+        columns = [column.name for column in fields(StrokeData)]
+        rows = stroke_data(self.strokes, self.camera)
+        return pd.DataFrame([[getattr(row, name) for name in columns] for row in rows], columns=columns)
 
     def picture(self, width: float = WIDTH, background: str | None = None) -> Picture:
         """The strokes with a line width and a background."""
-        return Picture(self.width, self.height, self.strokes, width, background, self.name)
+        return Picture(self.width, self.height, self.strokes, width, background, self.name, self.plan.hidden == "layer")
 
     def sorted_for_pen(self) -> Self:
-        """The same drawing with each family's strokes in an order that keeps the pen's way in the air short."""
+        """The same drawing with each group's strokes in an order that keeps the pen's way in the air short."""
         from ncmodel.export.linesort import pen_order
 
-        families = dict.fromkeys(stroke.family for stroke in self.strokes)
-        ordered = [pen_order([s for s in self.strokes if s.family == family]) for family in families]
+        groups = dict.fromkeys(stroke.group for stroke in self.strokes)
+        ordered = [pen_order([s for s in self.strokes if s.group == group]) for group in groups]
         return replace(self, strokes=tuple(stroke for strokes in ordered for stroke in strokes))
 
     def __repr__(self) -> str:
-        counts = Counter(stroke.family for stroke in self.strokes)
+        counts = Counter(stroke.group for stroke in self.strokes)
         lines = ", ".join(f"{count} {family}" for family, count in counts.items()) or "none"
         return f"Drawing({self.name!r}, {self.width} x {self.height}, strokes: {lines})"
 
@@ -99,14 +120,26 @@ class Drawing:
         return self.svg(background="white")
 
 
-def check_output(path: str | Path) -> None:
+_WRITERS: dict[str, Callable[[Picture], bytes]] = {
+    ".svg": lambda picture: svg(picture).encode(),
+    ".png": png,
+    ".pdf": pdf,
+    ".dxf": dxf,
+}
+
+
+def check_output(path: str | Path, suffixes: Sequence[str] = SUFFIXES) -> None:
     """Raise if no drawing can be written there.
 
+    Args:
+        path: Where to.
+        suffixes: Of the formats that there are for it.
+
     Raises:
-        UsageError: The suffix is none of `SUFFIXES`.
+        UsageError: The suffix is none of `suffixes`.
         InputError: There is no such folder, or the path is a device.
     """
-    if Path(path).suffix.lower() not in SUFFIXES:
+    if Path(path).suffix.lower() not in suffixes:
         found = f"the suffix is {Path(path).suffix!r}" if Path(path).suffix else "no suffix"
-        raise UsageError(f"{path}: {found}, expected {', '.join(SUFFIXES)}, or an existing folder")
+        raise UsageError(f"{path}: {found}, expected {', '.join(suffixes)}, or an existing folder")
     check_writable(path)

@@ -6,11 +6,15 @@ what carries nothing.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from ncmodel.drawing.crumbs import without_crumbs
 from ncmodel.drawing.importance import on_outline
 from ncmodel.drawing.joining import join
-from ncmodel.drawing.overlapping_strokes import drop_accompanying
+from ncmodel.drawing.overlapping_strokes import drop_accompanying, drop_beside
+from ncmodel.drawing.packed import Packed
 from ncmodel.drawing.zigzags import straightened
 from ncmodel.export.page import page_scale
 from ncmodel.scene.view import View
@@ -22,6 +26,8 @@ ASIDE = 3.0
 All pixels are those of a picture whose shorter side is 768."""
 GAP = 12.0
 """Lines that continue each other are joined over at most this."""
+SHORTEST_HIDDEN = 12.0
+"""Shorter bits of hidden lines are left out: they don't show as dashes."""
 
 
 def finish(strokes: Sequence[Stroke], view: View, crumb: float = 0.0) -> tuple[Stroke, ...]:
@@ -44,3 +50,24 @@ def finish(strokes: Sequence[Stroke], view: View, crumb: float = 0.0) -> tuple[S
         if not crumb:
             return joined
         return without_crumbs(joined, crumb * min(camera.width, camera.height), ASIDE * scale, outline)
+
+
+def finish_hidden(found: Sequence[Stroke], drawn: Sequence[Stroke], view: View) -> tuple[Stroke, ...]:
+    """Hidden strokes of one shade each, none along a visible one or along another.
+
+    Args:
+        found: Those of all families.
+        drawn: The visible strokes.
+        view: Of what.
+    """
+    camera = view.camera
+    scale = page_scale(camera.width, camera.height)
+    with timed(view.trace, "finish_hidden"):
+        strokes = drop_beside([replace(stroke, hidden=True) for stroke in found], drawn, ASIDE * scale)
+        if not strokes:
+            return ()
+        packed = Packed.of(strokes)
+        # Dashes that fade, too, would be crumbs.
+        shade = (packed.ink / np.maximum(packed.length, 1e-12)).tolist()
+        long = np.flatnonzero(packed.length >= SHORTEST_HIDDEN * scale).tolist()
+        return tuple(replace(strokes[n], alpha=np.full_like(strokes[n].alpha, shade[n])) for n in long)

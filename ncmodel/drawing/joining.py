@@ -210,10 +210,7 @@ def _linked(strokes: Sequence[Stroke], partner: Ints) -> tuple[Stroke, ...]:
 
 
 def _directed(stroke: Stroke, backwards: bool) -> Stroke:
-    if not backwards:
-        return stroke
-    depth = None if stroke.depth is None else stroke.depth[::-1]
-    return Stroke(stroke.family, stroke.points[::-1], stroke.alpha[::-1], depth)
+    return stroke.reversed() if backwards else stroke
 
 
 def _point(stroke: Stroke, index: int) -> Stroke:

@@ -8,6 +8,7 @@ draw: what has the stronger claim stays.
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -69,6 +70,24 @@ def drop_accompanying(strokes: Sequence[Stroke], pixels: float, outline: Outline
     rule = Rule(pixels / 2.0, pixels, parallel=0.94, shortest_run=2.0 * pixels, crumb=8, lead=LEAD, fainter=0.3)
     outlines = int((~inside | (claim == 0)).sum())
     return _without_retraced(strokes, order, int((claim == 0).sum()), outlines, rule, outline)
+
+
+def drop_beside(strokes: Sequence[Stroke], drawn: Sequence[Stroke], pixels: float) -> tuple[Stroke, ...]:
+    """Hidden strokes without the parts that run along visible ones, or along hidden ones of a stronger claim.
+
+    Args:
+        strokes: Hidden polylines of two points or more, of any families.
+        drawn: The visible ones.
+        pixels: How near lines are that run along each other.
+    """
+    if not strokes:
+        return ()
+    claim = np.array([_CLAIM.get(stroke.family, len(_CLAIMS)) for stroke in strokes])
+    order = len(drawn) + np.lexsort((-Packed.of(strokes).ink, claim))
+    order = np.concatenate([np.arange(len(drawn)), order])
+    rule = Rule(pixels / 2.0, pixels, parallel=0.94, shortest_run=2.0 * pixels, crumb=8, fainter=1.0)
+    left = _without_retraced([*drawn, *strokes], order, len(drawn), len(drawn), rule)
+    return tuple(stroke for stroke in left if stroke.hidden)
 
 
 def _without_retraced(
@@ -161,7 +180,8 @@ def _led(stroke: Stroke, last: bool, target: Floats, lead: float) -> Stroke:
     fine = np.stack([np.interp(at, travelled, value) for value in values], axis=1)
     fine[:, :2] += np.maximum(1.0 - at / max(reach, 1e-12), 0.0)[:, None] * shift
     fine = fine[::-1] if last else fine
-    return Stroke(stroke.family, fine[:, :2], fine[:, 2], None if stroke.depth is None else fine[:, 3])
+    depth = None if stroke.depth is None else fine[:, 3]
+    return replace(stroke, points=fine[:, :2], alpha=fine[:, 2], depth=depth)
 
 
 def _piece(stroke: Stroke, fine: Samples, placed: Floats, part: slice, span: slice) -> Stroke:
@@ -172,4 +192,4 @@ def _piece(stroke: Stroke, fine: Samples, placed: Floats, part: slice, span: sli
     shifted = (placed[chosen] != fine.points[chosen]).any(axis=1)
     own[1:] |= shifted[1:] != shifted[:-1]
     depth = None if stroke.depth is None else fine.depth[chosen][own]
-    return Stroke(stroke.family, placed[chosen][own], fine.alpha[chosen][own], depth)
+    return replace(stroke, points=placed[chosen][own], alpha=fine.alpha[chosen][own], depth=depth)

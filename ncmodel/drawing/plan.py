@@ -1,8 +1,12 @@
 """What a drawing shows: one plan, whoever decides: defaults, a caller, a model, a baseline."""
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 from ncmodel.types import LineFamily, Stroke, Thresholds
+
+Hidden = Literal["none", "dashed", "layer"]
+"""What becomes of lines behind the surface."""
 
 DEFAULT_FAMILIES = (
     LineFamily.CONTOURS,
@@ -40,6 +44,7 @@ class Plan:
         rims: Where boundaries aren't drawn, those that are the shape's outline are all the same: an outline is closed.
         detail: Share of the lines inside the outline that is drawn, the most important first; 1 draws all of them.
         min_length: Pixels, at 768, of the shortest strokes that are drawn beside the outline's.
+        hidden: Whether lines behind the surface are drawn, too: as dashes, or as a layer of solid lines.
     """
 
     families: tuple[LineFamily, ...] = DEFAULT_FAMILIES
@@ -53,6 +58,7 @@ class Plan:
     rims: bool = False
     detail: float = 1.0
     min_length: float = 0.0
+    hidden: Hidden = "none"
 
     @property
     def drawn(self) -> tuple[LineFamily, ...]:

@@ -1,7 +1,6 @@
 """The order in which a plotter's pen draws strokes: from each one to the nearest that is left."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -19,7 +18,7 @@ def pen_order(strokes: Sequence[Stroke]) -> tuple[Stroke, ...]:
     if not strokes:
         return ()
     return tuple(
-        replace(strokes[i], points=strokes[i].points[::-1], alpha=strokes[i].alpha[::-1]) if back else strokes[i]
+        strokes[i].reversed() if back else strokes[i]
         for i, back in _nearest_next(np.array([stroke.points[[0, -1]] for stroke in strokes]))
     )
 

@@ -14,16 +14,29 @@ from dataclasses import dataclass
 import numpy as np
 
 from ncmodel.errors import ArgumentError
-from ncmodel.types import LineFamily, Stroke
+from ncmodel.types import HIDDEN_GROUP, LineFamily, Stroke
 
 WIDTH = 2.5
 """Line width at 768 pixels, unless told otherwise."""
 REFERENCE_SIDE = 768
 """The shorter side, in pixels, at which widths are stated; they grow with it."""
-RELATIVE_WIDTH = {LineFamily.RIDGES.value: 0.8, LineFamily.VALLEYS.value: 0.8}
-"""Widths of families relative to the others', as rtsc draws them: 2 pixels where others have 2.5."""
+RELATIVE_WIDTH = {LineFamily.RIDGES.value: 0.8, LineFamily.VALLEYS.value: 0.8, HIDDEN_GROUP: 0.8}
+"""Widths of groups relative to the others': ridges and valleys as rtsc draws them, 2 pixels where others have 2.5."""
+DASH, SPACE = 3.0, 2.0
+"""Lengths of the dashes of hidden lines and of what is between them, in widths."""
 
-_GROUPS = ("image", "valleys", "ridges", "suggestive", "apparent", "intersections", "creases", "boundaries", "contours")
+_GROUPS = (
+    HIDDEN_GROUP,
+    "image",
+    "valleys",
+    "ridges",
+    "suggestive",
+    "apparent",
+    "intersections",
+    "creases",
+    "boundaries",
+    "contours",
+)
 _WHITE, _BLACK = (255, 255, 255), (0, 0, 0)
 _NAMED = {"white": _WHITE, "black": _BLACK}
 _LUMA = (0.299, 0.587, 0.114)
@@ -70,6 +83,7 @@ class Picture:
         background: "#rrggbb", "white", "black"; None leaves the paper as it is (white, in a PNG) and "transparent" does
             so in a PNG, too.
         title: What is shown.
+        solid: Whether hidden lines are solid in vector files, and not dashed.
 
     Raises:
         ArgumentError: The line width isn't a positive number, or the background is none of these.
@@ -81,6 +95,7 @@ class Picture:
     line_width: float = WIDTH
     background: str | None = None
     title: str = "drawing"
+    solid: bool = False
 
     def __post_init__(self) -> None:
         if not 0.0 < self.line_width < np.inf:
@@ -90,6 +105,18 @@ class Picture:
     def width_of(self, family: str) -> float:
         """The width of a family's lines, in this picture's pixels."""
         return line_width(family, self.width, self.height, self.line_width)
+
+    def dashes_of(self, group: str, pixels: bool = False) -> tuple[float, float] | None:
+        """Lengths of dashes and of what is between them, in this picture's pixels; None for solid lines.
+
+        Args:
+            group: A family, or the hidden lines.
+            pixels: Whether the file has no layers to tell lines apart.
+        """
+        if group != HIDDEN_GROUP or (self.solid and not pixels):
+            return None
+        width = self.width_of(group)
+        return DASH * width, SPACE * width
 
     @property
     def inks(self) -> tuple[Colour, Colour]:
@@ -109,10 +136,10 @@ class Picture:
         return "darken" if self.inks[1] == _BLACK else "lighten"
 
     def groups(self) -> Iterator[tuple[str, list[Stroke]]]:
-        """Families that have strokes, with their strokes, in the order in which they are painted."""
-        present = {stroke.family for stroke in self.strokes}
-        for family in [name for name in _GROUPS if name in present] + sorted(present.difference(_GROUPS)):
-            yield family, [stroke for stroke in self.strokes if stroke.family == family]
+        """Families that have visible strokes, and hidden lines, with their strokes, in the order of painting."""
+        present = {stroke.group for stroke in self.strokes}
+        for group in [name for name in _GROUPS if name in present] + sorted(present.difference(_GROUPS)):
+            yield group, [stroke for stroke in self.strokes if stroke.group == group]
 
 
 def colour(name: str | None) -> Colour | None:

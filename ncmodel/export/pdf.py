@@ -20,12 +20,17 @@ def pdf(picture: Picture) -> bytes:
         content.append(f"{_rgb(paper)} rg 0 0 {picture.width} {picture.height} re f")
     for family, strokes in picture.groups():
         width = picture.width_of(family)
+        dashes = picture.dashes_of(family)
         content.append(f"/OC /F{len(families)} BDC {decimal(width)} w")
+        if dashes is not None:
+            content.append(f"[{decimal(dashes[0])} {decimal(dashes[1])}] 0 d")
         families.append(family)
         for points, opacity in pieces(strokes, width):
             shade = picture.shade(opacity)
-            cap = 1 if shade == picture.shade(1.0) else 0
+            cap = 1 if shade == picture.shade(1.0) and dashes is None else 0
             content.append(f"{cap} J {_rgb(shade)} RG {path_data(points, '{:.7g} {:.7g} m', ' {:.7g} {:.7g} l')} S")
+        if dashes is not None:
+            content.append("[] 0 d")
         content.append("EMC")
     return _pdf_file(picture, "\n".join(content), families)
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ncmodel.camera import Camera
+from ncmodel.export.dashes import dashed
 from ncmodel.export.page import WIDTH, Picture
 from ncmodel.export.rasterize import draw_segments
 from ncmodel.types import Image, Stroke
@@ -18,9 +19,13 @@ def ink(picture: Picture) -> Image:
     """(H, W) ink in [0, 1]."""
     image = np.zeros((picture.height, picture.width), dtype=np.float32)
     for family, strokes in picture.groups():
+        dashes, width = picture.dashes_of(family, pixels=True), picture.width_of(family)
+        if dashes is not None:
+            # The round end of a line adds half its width, at both ends of a dash.
+            strokes = dashed(strokes, dashes[0] - width, dashes[1] + width)
         points = np.concatenate([np.stack([s.points[:-1], s.points[1:]], axis=1) for s in strokes])
         alpha = np.concatenate([np.stack([s.alpha[:-1], s.alpha[1:]], axis=1) for s in strokes])
-        image = draw_segments(points, alpha, picture.width_of(family), image.shape, onto=image)
+        image = draw_segments(points, alpha, width, image.shape, onto=image)
     return image
 
 

@@ -1,4 +1,4 @@
-"""Drawings as SVG documents: one group a family, which Inkscape shows as a layer."""
+"""Drawings as SVG documents: one group a family, and one of hidden lines, which Inkscape shows as layers."""
 
 import html
 
@@ -21,10 +21,12 @@ def svg(picture: Picture) -> str:
         lines.append(f'<rect width="100%" height="100%" fill="{_hex(paper)}"/>')
     strongest, style = _hex(picture.shade(1.0)), f"mix-blend-mode:{picture.blending};stroke-linecap:butt"
     for family, strokes in picture.groups():
-        width = picture.width_of(family)
+        width, dashes = picture.width_of(family), picture.dashes_of(family)
+        ends = "round" if dashes is None else "butt"
+        dashing = "" if dashes is None else f' stroke-dasharray="{decimal(dashes[0])} {decimal(dashes[1])}"'
         lines.append(
             f'<g id="{family}" inkscape:groupmode="layer" inkscape:label="{family}" fill="none" stroke="{strongest}"'
-            f' stroke-width="{decimal(width)}" stroke-linecap="round" stroke-linejoin="round">'
+            f' stroke-width="{decimal(width)}" stroke-linecap="{ends}" stroke-linejoin="round"{dashing}>'
         )
         for points, opacity in pieces(strokes, width):
             shade = _hex(picture.shade(opacity))

@@ -23,7 +23,7 @@ from ncmodel.jit import kernel
 from ncmodel.lines.chaining import connected, shared_ends
 from ncmodel.lines.edges import Edges
 from ncmodel.lines.occlusion import SEEN, Occlusion
-from ncmodel.lines.visibility import SAMPLE_PIXELS, in_frame, visible_pieces
+from ncmodel.lines.visibility import in_frame
 from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mask
 
 NEAR_PIXELS = 3.0
@@ -122,6 +122,21 @@ def along(
     return lines.take(kept[~short]), lines.take(kept[short])
 
 
+def near_ends_of_faces(lines: LineSet, folds: LineSet, boundaries: LineSet, camera: Camera) -> LineSet:
+    """The segments that are near a fold or a boundary from one end to the other, seen or hidden.
+
+    Args:
+        lines: Hidden contours.
+        folds: Pieces of all.
+        boundaries: All.
+        camera: Where they are seen from.
+    """
+    within = max(_near(camera) - ROUNDING, 1.0)
+    index, begin, stop = _pieces(lines, camera, within / 2)
+    far = _far(lines.between(index, begin, stop), [folds, boundaries], camera, within)
+    return lines.take(np.bincount(index, far, len(lines)) == 0)
+
+
 def apart(lines: LineSet, others: LineSet, camera: Camera) -> LineSet:
     """The segments that no other line is near."""
     return lines.take(_far(lines, [others], camera, _near(camera)))
@@ -133,9 +148,8 @@ def missing_outlines(
     shape: Polygons,
     camera: Camera,
     shortest: float = SHORTEST_PIXELS,
-    sample_pixels: float = SAMPLE_PIXELS,
 ) -> LineSet:
-    """The visible parts of folds before something farther, or nothing, that are far from all lines drawn.
+    """The folds, with their hidden parts, before something farther, or nothing, that are far from all lines drawn.
 
     Before another body they are lines however near it is: there is no going on from one to the other.
 
@@ -145,7 +159,6 @@ def missing_outlines(
         shape: The faces.
         camera: Where they are seen from.
         shortest: What those before another part of the shape measure at least, in pixels at 768.
-        sample_pixels: Distance along the picture of the points at which visibility is decided.
     """
     far = np.flatnonzero(_far(folds, drawn, camera, _near(camera)))
     step = _step(folds.take(far), shape, camera)
@@ -155,8 +168,7 @@ def missing_outlines(
     length[np.isinf(step)] = np.inf
     run = connected(folds.points[missing])
     long = missing[np.bincount(run, length)[run] >= shortest / NEAR_PIXELS * _near(camera)]
-    outlines = folds.take(_with_neighbours(folds.points, long) if len(long) else long)
-    return visible_pieces(outlines, camera, shape.scene, None, sample_pixels)
+    return folds.take(_with_neighbours(folds.points, long) if len(long) else long)
 
 
 def joined(one: LineSet, other: LineSet) -> LineSet:

@@ -56,14 +56,35 @@ def visible_pieces(
     Returns:
         Pieces of the lines, in their order.
     """
+    return _pieces(lines, camera, scene, smooth, sample_pixels, seen=True)
+
+
+def hidden_pieces(
+    lines: LineSet,
+    camera: Camera,
+    scene: RayScene,
+    smooth: Smooth | None = None,
+    sample_pixels: float = SAMPLE_PIXELS,
+) -> LineSet:
+    """What `visible_pieces` takes away of the lines in front of the camera and in the frame.
+
+    Both together are all of these, and have no part in common.
+    """
+    return _pieces(lines, camera, scene, smooth, sample_pixels, seen=False)
+
+
+def _pieces(
+    lines: LineSet, camera: Camera, scene: RayScene, smooth: Smooth | None, sample_pixels: float, seen: bool
+) -> LineSet:
+    """The parts of lines in the frame that are seen, or those that aren't."""
     lines = in_frame(lines, camera, scene)
     if len(lines) == 0:
         return lines
     samples = _sample(lines.points, camera, sample_pixels)
     occlusion = Occlusion(lines, camera, scene, smooth)
     state = occlusion.state(samples.segment, samples.at)
-    seen = _smooth(state, samples, chain(lines.points))
-    return lines.between(*_seen_intervals(seen, samples, occlusion))
+    shown = _smooth(state, samples, chain(lines.points)) == seen
+    return lines.between(*_intervals(shown, samples, occlusion, seen))
 
 
 def in_frame(lines: LineSet, camera: Camera, scene: RayScene) -> LineSet:
@@ -171,18 +192,22 @@ def _without_flicker(state: NDArray[np.int8], pixels: Floats, bounds: Ints) -> M
     return seen
 
 
-def _seen_intervals(seen: Mask, samples: _Samples, occlusion: Occlusion) -> tuple[Ints, Floats, Floats]:
-    """The parts of segments that are seen: segment, start and end in 0..1 of each."""
-    first, last = np.zeros(len(seen), dtype=np.bool_), np.zeros(len(seen), dtype=np.bool_)
+def _intervals(shown: Mask, samples: _Samples, occlusion: Occlusion, seen: bool) -> tuple[Ints, Floats, Floats]:
+    """The parts of segments around the samples `shown`, which are those seen or the others.
+
+    Returns:
+        Segment, start and end in 0..1 of each.
+    """
+    first, last = np.zeros(len(shown), dtype=np.bool_), np.zeros(len(shown), dtype=np.bool_)
     first[samples.first[:-1]] = last[samples.first[1:] - 1] = True
-    before = np.flatnonzero(~last[:-1] & (seen[:-1] != seen[1:]))
+    before = np.flatnonzero(~last[:-1] & (shown[:-1] != shown[1:]))
     # Where visibility changes between a sample and the next one of the same segment.
-    change = np.full(len(seen), np.nan)
+    change = np.full(len(shown), np.nan)
     change[before] = _locate(
-        occlusion, samples.segment[before], samples.at[before], samples.at[before + 1], seen[before]
+        occlusion, samples.segment[before], samples.at[before], samples.at[before + 1], shown[before] == seen
     )
-    begins = np.flatnonzero(seen & (first | ~np.roll(seen, 1)))
-    ends = np.flatnonzero(seen & (last | ~np.roll(seen, -1)))
+    begins = np.flatnonzero(shown & (first | ~np.roll(shown, 1)))
+    ends = np.flatnonzero(shown & (last | ~np.roll(shown, -1)))
     start = np.where(first[begins], 0.0, change[begins - 1])
     end = np.where(last[ends], 1.0, change[ends])
     return samples.segment[begins], start, end

@@ -73,9 +73,10 @@ def _text(data: bytes) -> _Parts:
     corners = numbers(b" ".join(found))
     if len(corners) != 3 * len(found):
         raise ValueError(f"{len(corners)} coordinates for {len(found)} vertices")
-    if len(found) % 3:
-        raise ValueError(f"{len(found)} corners, not a multiple of 3")
     ended = _END in data[-_HEADER * 4 :].lower()
+    if len(found) % 3:
+        cut = "" if ended else ", and no endsolid at the end: the file is cut off"
+        raise ValueError(f"{len(found)} corners, not a multiple of 3{cut}")
     return [corners.reshape(-1, 3)], rest, "" if ended else "no endsolid at the end: the file may be cut off"
 
 

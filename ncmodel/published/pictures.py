@@ -10,7 +10,7 @@ import numpy as np
 import torch
 
 from ncmodel.drawing.arguments import Lines, ThresholdValues, families_of, plan_of
-from ncmodel.drawing.drawing import check_output
+from ncmodel.drawing.drawing import PICTURES, check_output
 from ncmodel.drawing.plan import Plan
 from ncmodel.errors import UsageError
 from ncmodel.export.page import WIDTH as LINE_WIDTH
@@ -71,7 +71,7 @@ class PictureDrawing:
             UsageError: The suffix is something else, or a .png file should have another background than white.
             InputError: There is no such folder.
         """
-        check_output(path)
+        check_output(path, PICTURES)
         suffix = Path(path).suffix.lower()
         if suffix == ".png":
             if background not in (None, "white"):

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -14,6 +14,10 @@ from ncmodel.scene import creases
 from ncmodel.scene.surface import CREASE_ANGLE, Surface
 from ncmodel.tracing import stage, timed
 from ncmodel.types import Floats, Image, LineFamily, LineSet, Mask, ViewBuffers
+
+if TYPE_CHECKING:
+    from ncmodel.lines.occlusion import Smooth
+    from ncmodel.scene.face_outlines import FaceOutlines
 
 PERCENTILE = 90.0
 """Of a feature map: the unit of t in equations 1-4."""
@@ -34,6 +38,7 @@ class View:
         self.eye = np.asarray(camera.eye, dtype=np.float64)
         self._lines: dict[LineFamily, LineSet] = {}
         self._visible: dict[tuple[LineFamily, float], LineSet] = {}
+        self._outlined: dict[float, FaceOutlines] = {}
         self._feature_maps: dict[LineFamily, Image] = {}
 
     @stage
@@ -185,17 +190,30 @@ class View:
             lines: Any lines on the surface.
             sample_pixels: Distance along the picture of the points at which that is decided.
         """
-        from ncmodel.lines.occlusion import Smooth
-        from ncmodel.lines.visibility import FLAT, visible_pieces
+        from ncmodel.lines.visibility import visible_pieces
 
         if len(lines) == 0:
             return lines
-        surface, scene = self.surface, self.surface.scene
-        smooth = None
-        if lines.family not in FLAT:
-            smooth = Smooth(self.mesh.vertices, surface.faces, surface.normals)
+        smooth = self._smooth(lines.family)
         with timed(self.trace, f"visible_{lines.family}"):
-            return visible_pieces(lines, self.camera, scene, smooth, sample_pixels)
+            return visible_pieces(lines, self.camera, self.surface.scene, smooth, sample_pixels)
+
+    def behind(self, lines: LineSet, sample_pixels: float = 1.0) -> LineSet:
+        """The parts of lines in the frame that the surface hides: what `unhidden` takes away; arguments as there."""
+        from ncmodel.lines.visibility import hidden_pieces
+
+        if len(lines) == 0:
+            return lines
+        smooth = self._smooth(lines.family)
+        with timed(self.trace, f"hidden_{lines.family}"):
+            return hidden_pieces(lines, self.camera, self.surface.scene, smooth, sample_pixels)
+
+    def _smooth(self, family: LineFamily) -> "Smooth | None":
+        """The smooth surface, for lines that lie on it."""
+        from ncmodel.lines.occlusion import Smooth
+        from ncmodel.lines.visibility import FLAT
+
+        return None if family in FLAT else Smooth(self.mesh.vertices, self.surface.faces, self.surface.normals)
 
     def visible(self, family: LineFamily, sample_pixels: float = 1.0) -> LineSet:
         """The lines of a family at threshold 0, hidden parts cut away.
@@ -206,33 +224,44 @@ class View:
             family: The family.
             sample_pixels: Distance along the picture of the points at which visibility is decided.
         """
+        if family is LineFamily.CONTOURS:
+            return self._face_outlines(sample_pixels).visible
         key = family, sample_pixels
         if key not in self._visible:
-            lines = self.unhidden(self.candidates(family), sample_pixels)
-            contours = family is LineFamily.CONTOURS
-            self._visible[key] = self._with_outlines(lines, sample_pixels) if contours else lines
+            self._visible[key] = self.unhidden(self.candidates(family), sample_pixels)
         return self._visible[key]
 
-    def _with_outlines(self, contours: LineSet, sample_pixels: float) -> LineSet:
-        """Visible contours without those that aren't near any fold of the faces, and with the outlines they miss.
+    def hidden(self, family: LineFamily, sample_pixels: float = 1.0) -> LineSet:
+        """The lines of a family at threshold 0 that the surface hides: what is cut away of `visible`'s.
 
-        A surface parted at its creases is one whose creases are drawn.
+        Contours that are near no end of a face are none, here as there.
+
+        Args:
+            family: The family.
+            sample_pixels: Distance along the picture of the points at which visibility is decided.
         """
-        from ncmodel.lines import polygonal_outlines as outlines
+        from ncmodel.scene.face_outlines import hidden_contours
 
-        whole, camera = self.surface.whole, self.camera
-        parted = whole is not self.surface
-        boundaries = self.visible(LineFamily.BOUNDARIES, sample_pixels)
-        creases = [self.visible(LineFamily.CREASES, sample_pixels)] if parted else []
-        shortest = outlines.SHORTEST_BETWEEN_CREASES if parted else outlines.SHORTEST_PIXELS
-        shape = outlines.Polygons(whole.mesh.vertices, whole.faces, whole.rings, whole.scene, whole.shells)
-        with timed(self.trace, "polygonal_outlines"):
-            folds = outlines.folds(shape, camera)
-            contours, doubtful = outlines.along(contours, folds, boundaries, shape.scene, camera)
-            drawn = [contours, boundaries, *creases]
-            missing = outlines.missing_outlines(folds, drawn, shape, camera, shortest, sample_pixels)
-            doubtful = outlines.apart(doubtful, missing, camera)
-        return outlines.joined(outlines.joined(contours, doubtful), missing)
+        lines = self.behind(self.candidates(family), sample_pixels)
+        if family is not LineFamily.CONTOURS:
+            return lines
+        found, boundaries = self._face_outlines(sample_pixels), self.candidates(LineFamily.BOUNDARIES)
+        with timed(self.trace, "hidden_outlines"):
+            return hidden_contours(lines, boundaries, found, self.surface.whole, self.camera, sample_pixels)
+
+    def _face_outlines(self, sample_pixels: float) -> "FaceOutlines":
+        """The visible contours, and what they lie on; on a surface parted at its creases, these are drawn, too."""
+        from ncmodel.scene.face_outlines import face_outlines
+
+        if sample_pixels not in self._outlined:
+            whole, camera = self.surface.whole, self.camera
+            contours = self.unhidden(self.outlines, sample_pixels)
+            boundaries = self.visible(LineFamily.BOUNDARIES, sample_pixels)
+            creases = self.visible(LineFamily.CREASES, sample_pixels) if whole is not self.surface else None
+            with timed(self.trace, "polygonal_outlines"):
+                found = face_outlines(contours, boundaries, creases, whole, camera, sample_pixels)
+            self._outlined[sample_pixels] = found
+        return self._outlined[sample_pixels]
 
 
 def _contours(view: View) -> LineSet:

@@ -38,7 +38,8 @@ def missing(mesh: Mesh, camera: Camera, *drawn: LineFamily) -> LineSet:
     surface = Surface(mesh)
     view = View(surface, camera)
     lines = [view.unhidden(view.candidates(family)) for family in drawn]
-    return missing_outlines(folds(polygons(surface), camera), lines, polygons(surface), camera)
+    found = missing_outlines(folds(polygons(surface), camera), lines, polygons(surface), camera)
+    return view.unhidden(found)
 
 
 def completeness(mesh: Mesh, drawing: Drawing, camera: Camera) -> float:

@@ -79,7 +79,7 @@ def test_every_face_is_read_and_what_was_odd_is_told(name: str, tmp_path: Path) 
         (binary()[:-70], "not readable as .stl: cut off, 2 of 4 faces are there; expected"),
         (binary()[:-1], "cut off, 3 of 4 faces"),
         (binary()[:100], "neither a text STL nor a binary one of 100 bytes"),
-        (text()[: text().index(b"endloop") - 20], "2 corners, not a multiple of 3"),
+        (text()[: text().index(b"endloop") - 20], "2 corners, not a multiple of 3, and no endsolid at the end: the file is cut off"),
         (text()[:-80] + b"\0\1\2", "something else"),
         (text().replace(b" 1.0 ", b" two "), "'two' among the numbers"),
     ],
