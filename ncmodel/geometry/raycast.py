@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ncmodel.camera import Camera
+from ncmodel.geometry.coincident_faces import distinct_faces
 from ncmodel.geometry.normals_areas import Indices
 from ncmodel.jit import kernel
 from ncmodel.types import Floats, Ints, Mesh, ViewBuffers
@@ -62,6 +63,9 @@ def _embree_scene(vertices: NDArray[np.float32], faces: NDArray[np.uint32]) -> "
 class RayScene:
     """A mesh ready for rays. Faces are met from both sides, and shared edges let no ray through.
 
+    Of faces that lie on each other, corner on corner, the first one is met: with all in the scene, a ray would be held
+    against each of them.
+
     Args:
         mesh: The mesh; a mesh without faces is met by no ray.
     """
@@ -71,11 +75,14 @@ class RayScene:
         self.centre = np.zeros(3)
         self.radius = 1.0
         self._scene: EmbreeScene | None = None
+        self._cast_at: Ints | None = None  # the scene's faces; None for all
         if len(mesh.faces):
             used = mesh.used_vertices
             self.centre = (used.min(axis=0) + used.max(axis=0)) / 2
             self.radius = float(np.linalg.norm(used - self.centre, axis=1).max()) or 1.0
-            self._scene = _embree_scene(self._local(mesh.vertices), self.faces)
+            self._cast_at = distinct_faces(self.vertices, self.faces)
+            faces = self.faces if self._cast_at is None else self.faces[self._cast_at]
+            self._scene = _embree_scene(self._local(mesh.vertices), faces)
 
     def hits(self, origins: Floats, directions: Floats) -> Hits:
         """Cast rays.
@@ -132,6 +139,8 @@ class RayScene:
         starts, unit = _approach(origins, np.ascontiguousarray(directions), self.centre, self.radius)
         found = self._scene.run(starts, unit, output=True)
         face = found["primID"].astype(np.int64)
+        if self._cast_at is not None:
+            face = np.where(face >= 0, self._cast_at[face], -1)
         return face, *_locate(face, found["u"], found["v"], self.vertices, self.faces, origins)
 
 

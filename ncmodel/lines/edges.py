@@ -6,9 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ncmodel.geometry.adjacency import Offsets, Rings
+from ncmodel.geometry.coincident_faces import scrambled
 from ncmodel.geometry.normals_areas import Indices, check_columns, sides_of
 from ncmodel.jit import kernel
 from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mask
+
+MOST_ALIKE = 8
+"""Of sides without a twin that run from one vertex to the same other one, as in faces that lie on each other or in a
+book of many pages, this many are told, of the first faces: the rest would be drawn over them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +54,7 @@ def is_closed(faces: Indices) -> bool:
 
 
 def boundary_edges(rings: Rings) -> Edges:
-    """Directed sides without an oppositely directed twin, in face order."""
+    """Directed sides without an oppositely directed twin, in face order; `MOST_ALIKE` of each at most."""
     return _in_face_order(rings, *_unpaired(rings.starts, rings.around))
 
 
@@ -98,11 +103,8 @@ def _closed(faces: Indices) -> bool:
 
 @kernel
 def _mixed(i: np.uint64, j: np.uint64) -> np.uint64:
-    """A 64-bit hash of an ordered pair (the finaliser of Steele et al. 2014)."""
-    x = (i << np.uint64(32)) ^ j
-    x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-    x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return x ^ (x >> np.uint64(31))
+    """A 64-bit hash of an ordered pair."""
+    return scrambled((i << np.uint64(32)) ^ j)
 
 
 @kernel
@@ -111,13 +113,18 @@ def _unpaired(starts: Offsets, around: Indices) -> tuple[Indices, Indices]:
     vertex = np.empty(len(around), dtype=np.uint32)
     corner = np.empty(len(around), dtype=np.uint32)
     previous_of = np.full(len(starts), -1, dtype=np.int32)
+    found = np.zeros(len(starts), dtype=np.int32)
     size = 0
     for v in range(len(starts) - 1):
         for n in range(starts[v], starts[v + 1]):
             previous_of[around[n, 1]] = v
+            found[around[n, 0]] = 0
         for n in range(starts[v], starts[v + 1]):
+            far = around[n, 0]
             vertex[size], corner[size] = v, n
-            size += previous_of[around[n, 0]] != v
+            if previous_of[far] != v and found[far] < MOST_ALIKE:
+                found[far] += 1
+                size += 1
     return vertex[:size].copy(), corner[:size].copy()
 
 
@@ -127,16 +134,19 @@ def _sharp(vertices: Floats, starts: Offsets, around: Indices, least_cosine: flo
     vertex = np.empty(len(around), dtype=np.uint32)
     corner = np.empty(len(around), dtype=np.uint32)
     # For each neighbour, the last corner from which a side leaves to it, and at which one arrives from it. Entries of
-    # other rings lie before the current one's begin.
+    # other rings lie before the current one's begin. And how many sides of this ring there are to it.
     leaving = np.full(len(starts), -1, dtype=np.int32)
     arriving = np.full(len(starts), -1, dtype=np.int32)
     done = np.full(len(starts), -1, dtype=np.int32)
+    sides = np.zeros(len(starts), dtype=np.int32)
     size = 0
     for v in range(len(starts) - 1):
         begin, end = starts[v], starts[v + 1]
         for n in range(begin, end):
             leaving[around[n, 0]] = n
             arriving[around[n, 1]] = n
+            sides[around[n, 0]] += 1
+            sides[around[n, 1]] += 1
         for n in range(begin, end):
             # The side to the next vertex; and that from the previous one, if it isn't the twin of every leaving side.
             following, previous = around[n, 0], around[n, 1]
@@ -144,11 +154,13 @@ def _sharp(vertices: Floats, starts: Offsets, around: Indices, least_cosine: flo
                 extra = far == following or arriving[far] != n
                 if far <= v or not extra or done[far] == v or min(a, b) < begin:
                     continue
-                if around[a, 1] == around[b, 0] and _sides_between(around, begin, end, far) > 2:
+                if around[a, 1] == around[b, 0] and sides[far] > 2:
                     continue  # a face and its copy turned over bend nowhere but at the sheet's border
                 if _cosine_between(vertices, v, far, around[a, 1], around[b, 0]) < least_cosine:
                     vertex[size], corner[size], done[far] = v, a, v
                     size += 1
+        for n in range(begin, end):
+            sides[around[n, 0]] = sides[around[n, 1]] = 0
     return vertex[:size].copy(), corner[:size].copy()
 
 
@@ -178,6 +190,8 @@ def _bent_to(ends: Ints, vertices: Floats, starts: Offsets, around: Indices, eye
     kept = np.ones(len(ends), dtype=np.bool_)
     for e in range(len(ends)):
         i, j = ends[e, 0], ends[e, 1]
+        if starts[j + 1] - starts[j] < starts[i + 1] - starts[i]:
+            i, j = j, i  # a hub's ring is walked for no spoke
         if _sides_between(around, starts[i], starts[i + 1], j) <= 2:
             continue
         axis, toward = vertices[j] - vertices[i], eye - vertices[i]

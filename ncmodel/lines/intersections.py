@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from ncmodel.geometry.adjacency import Offsets, Rings, components
+from ncmodel.geometry.coincident_faces import distinct_faces
 from ncmodel.geometry.crossing_faces import crossing_faces, extent, height, unit_normal
 from ncmodel.geometry.normals_areas import Indices, check_columns
 from ncmodel.jit import kernel
@@ -42,7 +43,12 @@ def intersections(vertices: Floats, faces: Indices, rings: Rings) -> LineSet:
     """
     _, size = extent(vertices, faces)
     touch = ROUNDING * size
-    pairs = crossing_faces(vertices, faces, touch, LEAST_ANGLE)
+    # Copies of faces would have all their lines again, with each copy of the other face.
+    distinct = distinct_faces(vertices, faces)
+    if distinct is None:
+        pairs = crossing_faces(vertices, faces, touch, LEAST_ANGLE)
+    else:
+        pairs = distinct[crossing_faces(vertices, faces[distinct], touch, LEAST_ANGLE)]
     points, cosine, found = _segments(vertices, faces, rings.starts, rings.around, pairs, touch)
     pairs, points, cosine = pairs[found], points[found], cosine[found]
     if len(pairs):

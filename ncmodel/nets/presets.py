@@ -23,6 +23,14 @@ contours. The paper's variant NC-image-curv reads them too."""
 BACKGROUND = 1.0
 """What every map is where no surface is seen. Drawings are 0 there."""
 
+MOST_PIXELS = 4096
+MOST_CHANNELS = 1 << 14
+MOST_BLOCKS = 256
+MOST_NUMBERS = 1 << 16
+"""Files name the networks that are built to read them: what is larger than these is damaged or meant to hang. Sides of
+pictures; channels; residual blocks, or networks that vote; inputs, outputs and hidden units of networks on numbers. The
+paper's preset has 768, 1024 and 19."""
+
 Blocks = Literal["resnet", "pix2pixhd"]
 Percentile = Literal["view", "mesh"]
 
@@ -53,8 +61,11 @@ class TranslationDims:
         _check_inputs(self.inputs)
         if self.style not in ("resnet", "pix2pixhd"):
             raise ValueError(f"style is {self.style!r}, expected resnet or pix2pixhd")
+        _check_most(MOST_PIXELS, size=self.size)
+        _check_most(MOST_BLOCKS, blocks=self.blocks, levels=self.levels)
         if min(self.size, self.width, self.levels) < 1 or self.blocks < 0 or self.size % 2**self.levels:
             raise ValueError(f"{self}: expected positive numbers and a size divisible by {2**self.levels}")
+        _check_most(MOST_CHANNELS, channels=self.width * 2**self.levels)
 
 
 @dataclass(frozen=True)
@@ -78,6 +89,15 @@ class RankingDims:
         _check_inputs(self.inputs)
         if self.size < 1 or self.width < 1 or not self.blocks or min(self.blocks) < 1:
             raise ValueError(f"{self}: expected positive numbers")
+        _check_most(MOST_PIXELS, size=self.size)
+        _check_most(MOST_BLOCKS, blocks=sum(self.blocks))
+        _check_most(MOST_CHANNELS, channels=self.width * 2 ** (len(self.blocks) - 1))
+
+
+def _check_most(most: int, **found: int) -> None:
+    for name, value in found.items():
+        if value > most:
+            raise ValueError(f"{name} is {value}, expected at most {most}")
 
 
 def _check_inputs(inputs: tuple[str, ...]) -> None:
@@ -107,6 +127,8 @@ class StatisticsDims:
     def __post_init__(self) -> None:
         if min(self.numbers, self.settings, self.width, self.networks) < 1 or not 0.0 <= self.dropout < 1.0:
             raise ValueError(f"{self}: expected positive numbers and a share")
+        _check_most(MOST_NUMBERS, numbers=self.numbers, settings=self.settings, width=self.width)
+        _check_most(MOST_BLOCKS, networks=self.networks)
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from ncmodel.camera import Camera
+from ncmodel.lines import edges
+from ncmodel.lines.edges import Edges, bent_to
 from ncmodel.mesh.weld import weld
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
@@ -99,6 +101,33 @@ def test_a_hub_of_many_faces_takes_no_quadratic_time() -> None:
     surface = Surface(Mesh(vertices, np.stack([n, (n + 1) % 20000, np.full(20000, 20000)], axis=1)))
     assert len(surface.boundary_edges) == 20000
     assert len(surface.creases()) == 0
+
+
+@pytest.mark.parametrize("pages", [2, 3000])
+def test_a_book_of_many_pages_has_few_sides_at_its_spine(pages: int) -> None:
+    phi = np.linspace(0, np.pi, pages)
+    vertices = np.concatenate([[[0.0, 0, 0], [0, 0, 1]], np.stack([np.cos(phi), np.sin(phi), 0.5 + 0 * phi], axis=1)])
+    book = Surface(Mesh(vertices, np.stack([np.zeros(pages, int), np.ones(pages, int), np.arange(pages) + 2], axis=1)))
+    ends = book.boundary_edges.ends
+    assert np.count_nonzero((ends == [0, 1]).all(axis=1)) == min(pages, edges.MOST_ALIKE)
+    assert len(ends) == 2 * pages + min(pages, edges.MOST_ALIKE)
+    assert len(book.creases()) == 0
+
+
+def test_a_fan_of_faces_and_their_copies_turned_over_is_told_in_time() -> None:
+    """20000 faces and copies round one vertex, of whose sides four each run along the spokes and two along the rim."""
+    count = 20000
+    phi, n = np.linspace(0, 2 * np.pi, count, endpoint=False), np.arange(count)
+    vertices = np.concatenate([np.stack([np.cos(phi), np.sin(phi), 0 * phi], axis=1), [[0, 0, 1.0]]])
+    fan = np.stack([n, (n + 1) % count, np.full(count, count)], axis=1)
+    surface = Surface(Mesh(vertices, np.concatenate([fan, fan[:, ::-1]])))
+    creases = surface.creases()
+    assert len(surface.boundary_edges) == 0
+    assert len(creases) == count
+    assert (
+        bent_to(creases.joined(Edges(fan[:, 1:], n)), vertices, surface.rings, np.array([0.0, 0, 5]), 0.7).ends.max()
+        < count
+    )
 
 
 def wall_in_a_box(welded: bool) -> Mesh:

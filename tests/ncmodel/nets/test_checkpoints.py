@@ -92,6 +92,20 @@ def test_checkpoints_with_a_damaged_header(tmp_path: Path, change: dict[str, obj
         load_checkpoint(tmp_path / "wrong")
 
 
+@pytest.mark.parametrize("part", ["translation", "ranking"])
+@pytest.mark.parametrize("field", ["size", "width", "levels", "blocks"])
+def test_a_header_of_huge_networks_is_one_line_before_they_are_built(tmp_path: Path, part: str, field: str) -> None:
+    tensors, header = load_tensors(checkpoint(tmp_path / "m"), MODEL_KIND)
+    dims = header["preset"][part]
+    name = field if field in dims else "blocks"
+    dims[name] = [10**9] if isinstance(dims[name], list) else 10**9
+    save_tensors(tmp_path / "huge", MODEL_KIND, tensors, header)
+    with pytest.raises(
+        InputError, match=r"damaged header \((size|channels|levels|blocks) is \d+, expected at most \d+\)"
+    ):
+        load_checkpoint(tmp_path / "huge")
+
+
 def test_a_header_nested_without_end_is_one_line(tmp_path: Path) -> None:
     safetensors.torch.save_file({"w": torch.zeros(1)}, tmp_path / "m", {"neural-contours": "[" * 100_000})
     with pytest.raises(InputError, match="nested too deeply"):

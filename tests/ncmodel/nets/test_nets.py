@@ -12,7 +12,7 @@ from ncmodel.errors import UsageError
 from ncmodel.nets.blocks import ResidualBlock, Standardise, initialise
 from ncmodel.nets.checkpoints import build_network
 from ncmodel.nets.losses import cross_entropy, pair_accuracy, ranking_loss
-from ncmodel.nets.presets import MAPS, PRESETS, Preset, RankingDims, TranslationDims, preset_named
+from ncmodel.nets.presets import MAPS, PRESETS, Preset, RankingDims, StatisticsDims, TranslationDims, preset_named
 from ncmodel.nets.ranking import RankingModule
 from ncmodel.nets.translation import TranslationBranch
 
@@ -167,6 +167,10 @@ def test_impossible_dims_are_refused() -> None:
         replace(PRESETS["tiny"], percentile="picture")  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="positive"):
         RankingDims(width=0)
+    with pytest.raises(ValueError, match="networks is 1000000000, expected at most 256"):
+        StatisticsDims(networks=10**9)
+    with pytest.raises(ValueError, match=r"channels is .* expected at most"):
+        RankingDims(blocks=(1,) * 40)
     with pytest.raises(ValueError, match="sizes 256 and 96"):
         replace(PRESETS["tiny"], ranking=RankingDims(size=96))
 
