@@ -5,11 +5,12 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Literal
 
 from ncmodel.readers.content import Content, NotAMeshError
 from ncmodel.readers.gltf import read_gltf
 
-SUFFIXES = {".step": "step", ".stp": "step", ".iges": "iges", ".igs": "iges"}
+SUFFIXES: dict[str, Literal["step", "iges"]] = {".step": "step", ".stp": "step", ".iges": "iges", ".igs": "iges"}
 """And the format that each means."""
 
 _LINEAR = 0.001
