@@ -244,7 +244,7 @@ def _addresses(host: str, port: int, settings: Settings, files: SiteFiles) -> Ad
         )
     elif not settings.proxies:
         notes.append(
-            "limits take everybody behind the proxy for one; if it sets X-Forwarded-For, start again with --proxies 1"
+            "limits take everybody behind the proxy for one; if it sets X-Forwarded-For, start again and say that there is 1 proxy"
         )
     notes += _open_files(files)
     return Addresses(link, f"{base}/admin", files.token, port, tuple(notes))

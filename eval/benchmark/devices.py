@@ -4,17 +4,17 @@ On random weights and a view of random strokes, so that nothing has to be at han
 doesn't depend on what the weights have learned.
 """
 
-import argparse
 import json
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Annotated, Literal
 
 import numpy as np
 import torch
+import typer
 
 from ncmodel.files import write_bytes
 from ncmodel.model.maps import LineMaps
@@ -179,17 +179,16 @@ def _seconds(work: Callable[[], object]) -> float:
     return time.perf_counter() - begin
 
 
-def main() -> None:
+def main(
+    output: Annotated[Path, typer.Option("-o", "--output", help="JSON file to write.")],
+    device: Annotated[str, typer.Option(help="What to hold against the CPU.")] = "cuda",
+    preset: Annotated[Literal["draft", "balanced", "accurate"], typer.Option(help="Of the search.")] = "balanced",
+) -> None:
     """Write and print the comparison."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("-o", "--output", type=Path, required=True, help="JSON file to write")
-    parser.add_argument("--device", default="cuda")
-    parser.add_argument("--preset", choices=list(LARGE_BUDGETS), default="balanced")
-    options = parser.parse_args()
-    text = json.dumps(asdict(compare(options.device, preset=options.preset)), indent=1)
-    write_bytes(options.output, text.encode())
-    sys.stdout.write(f"{text}\n")
+    text = json.dumps(asdict(compare(device, preset=preset)), indent=1)
+    write_bytes(output, text.encode())
+    typer.echo(text)
 
 
 if __name__ == "__main__":
-    main()
+    typer.run(main)

@@ -99,7 +99,7 @@ class Asked:
         assert self.names is not None, "layouts that need names are asked for them"
         found = _pattern(self.names).fullmatch(path.stem)
         if found is None:
-            raise InputError(path, f"the name {path.stem!r}", f"{self.names}, as --names says")
+            raise InputError(path, f"the name {path.stem!r}", f"{self.names}, as was said of names")
         return {"view": "0", **found.groupdict()}
 
 

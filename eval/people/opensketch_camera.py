@@ -43,7 +43,7 @@ def camera_file(source: Path, designer: str, shape: str, number: str) -> Path:
     for path in sorted(source.rglob("*_camparam.json")):
         if path.name.lower() == name:
             return path
-    raise InputError(source, f"no {name} in it", "OpenSketch's camera parameters, or --cameras fit")
+    raise InputError(source, f"no {name} in it", "OpenSketch's camera parameters, or cameras that are fitted")
 
 
 def placed(drawing: StrokeDrawing, path: Path, mesh: Path) -> Placed:
@@ -98,6 +98,4 @@ def _check(path: Path, camera: Camera, principal: Floats, box: tuple[Floats, flo
             away = float(np.linalg.norm(camera.project(points)[:, :2] - shift - sketch, axis=1).mean())
             if away > MOST_OFF * drawing.width:
                 found = f"marked points are {away:.0f} pixels off in the mean"
-                raise InputError(
-                    path, found, f"at most {MOST_OFF * drawing.width:.0f}: another convention; --cameras fit"
-                )
+                raise InputError(path, found, f"at most {MOST_OFF * drawing.width:.0f}: another convention; fit them")

@@ -142,7 +142,7 @@ def _camera(
     if wanted.cameras == GIVEN:
         if wanted.layout != "opensketch" or first.strokes is None:
             lacking = f"{GIVEN}, and no public page tells of cameras in the layout {wanted.layout}"
-            raise InputError(wanted.source, lacking, "--cameras FOLDER of camera files, or fit")
+            raise InputError(wanted.source, lacking, "a folder of camera files, or cameras that are fitted")
         path = camera_file(wanted.source, first.artist, first.shape, first.view[-1])
         view = placed(first.strokes(), path, mesh)
         return view.camera, {"from": path.relative_to(wanted.source).as_posix()}, {first: view.drawing.ink()}

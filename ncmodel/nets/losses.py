@@ -46,4 +46,6 @@ def cross_entropy(logits: Tensor, target: Tensor, emphasis: Tensor | None = None
         emphasis: (B,) how much each drawing counts; 1 by default.
     """
     weight = None if emphasis is None else emphasis[:, None, None, None]
-    return functional.binary_cross_entropy_with_logits(logits.float(), target, weight)
+    # Half as many bits would round the loss; twice as many stay.
+    exact = logits.to(torch.promote_types(logits.dtype, torch.float32))
+    return functional.binary_cross_entropy_with_logits(exact, target, weight)

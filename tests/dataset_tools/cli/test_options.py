@@ -42,7 +42,12 @@ STUDY_SIDE = {"drawing_side": lambda side: {768: 512}[side]}
             {"abandoned_after": lambda minutes: 60 * minutes, "taken_part": lambda files: frozenset(files or ())},
             set(),
         ),
-        (site.serve, Settings, {"parameters": site_parameters, "consent": lambda file: file or CONSENT}, set()),
+        (
+            site.serve,
+            Settings,
+            {"parameters": site_parameters, "consent": lambda file: file or CONSENT},
+            {"link_token"},
+        ),
     ],
 )
 def test_a_commands_defaults_are_those_of_its_settings(

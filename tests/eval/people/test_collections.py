@@ -83,7 +83,7 @@ def test_what_cant_be_known_is_asked_for(tmp_path: Path, capsys: pytest.CaptureF
     command = ["references", tmp_path / "cole", "cole2008", "-o", tmp_path / "out"]
     assert "--names: found none, and no public page tells what is in its files' names" in complaint(capsys, *command)
     said = complaint(capsys, *command, "--names", "{shape}-{artist}")
-    assert "box_a_ann.png: the name 'box_a_ann'; expected {shape}-{artist}, as --names says" in said
+    assert "box_a_ann.png: the name 'box_a_ann'; expected {shape}-{artist}, as was said of names" in said
     scan(tmp_path / "small" / "box_a_ann.png", (800, 700))
     small = ["references", tmp_path / "small", "cole2008", "-o", tmp_path / "out", "--names", "{shape}_{view}_{artist}"]
     assert "800 x 700 pixels; expected 1024 x 768" in complaint(capsys, *small)
@@ -180,6 +180,4 @@ def test_sketches_of_opensketch_keep_their_cameras(tmp_path: Path, capsys: pytes
     opensketch(tmp_path / "other", up=-1.0)
     command = ["references", tmp_path / "other", "opensketch", "--meshes", tmp_path / "other" / "objects_obj_files"]
     said = complaint(capsys, *command, "--cameras", "given", "-o", tmp_path / "x")
-    assert (
-        "marked points are 120 pixels off in the mean; expected at most 60: another convention; --cameras fit" in said
-    )
+    assert "marked points are 120 pixels off in the mean; expected at most 60: another convention; fit them" in said
