@@ -243,9 +243,7 @@ def _addresses(host: str, port: int, settings: Settings, files: SiteFiles) -> Ad
             "start again with the public URL https://YOUR.HOST"
         )
     elif not settings.proxies:
-        notes.append(
-            "limits take everybody behind the proxy for one; if it sets X-Forwarded-For, start again and say that there is 1 proxy"
-        )
+        notes.append("limits take all behind the proxy for one, unless you say how many proxies add to X-Forwarded-For")
     notes += _open_files(files)
     return Addresses(link, f"{base}/admin", files.token, port, tuple(notes))
 
