@@ -9,6 +9,7 @@ import hashlib
 import hmac
 import io
 import secrets
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from urllib.parse import urlencode
@@ -46,7 +47,7 @@ def read_workers(path: Path) -> list[str]:
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(path, f"can't be read ({error})", "a text file with a participant's number a line") from error
     named = [line for line in lines if line]
-    twice = next((name for number, name in enumerate(named) if name in named[:number]), None)
+    twice = next((name for name, times in Counter(named).items() if times > 1), None)
     if twice is not None or not named:
         raise InputError(path, f"{twice} twice" if named else "nobody", "a participant's number a line, each once")
     return named

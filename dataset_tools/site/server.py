@@ -250,11 +250,11 @@ def _addresses(host: str, port: int, settings: Settings, files: SiteFiles) -> Ad
 
 def _open_files(files: SiteFiles) -> Iterator[str]:
     """What others on this machine could read, and what that would tell them."""
-    secrets = {
+    private = {
         files.batch_dir / KEY_NAME: "tells all answers",
         files.database: "holds participants' numbers and answers",
         files.token: "opens the requester's page",
     }
-    for path, tells in secrets.items():
+    for path, tells in private.items():
         if path.stat().st_mode & 0o077:
             yield f"other users of this machine can open {path}, which {tells}: chmod 600 {path}"

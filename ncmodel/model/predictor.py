@@ -211,7 +211,7 @@ class Model:
         chosen = choice.setting.plan()
         # What the settings of a surface of hard edges differ in is what they show of its curved sides: people draw all
         # such edges, and none of what is sharp on a sculpted one.
-        hard = has_hard_edges(seen.surface, seen.crease_angle)
+        hard = LineFamily.CREASES in families and has_hard_edges(seen.surface, seen.crease_angle)
         edges = [LineFamily.CREASES] * hard + [LineFamily.INTERSECTIONS]
         smooth = [family for family in chosen.families if family is not LineFamily.CREASES]
         return replace(
