@@ -9,7 +9,7 @@ from itertools import pairwise
 from statistics import median
 
 import pandas as pd
-from scipy.special import bdtr, bdtrc
+from scipy.special import bdtr, bdtrc, chdtrc
 
 from dataset_tools.votes.agreement import agreeing_share
 from ncmodel.data.item import DRAWINGS
@@ -50,8 +50,6 @@ def flags(votes: pd.DataFrame) -> dict[str, tuple[str, ...]]:
 
 def _positions(shown: Sequence[int]) -> list[str]:
     """Always the same answer, or positions in a pattern."""
-    from scipy.stats import chisquare
-
     if len(shown) < LEAST_VOTES:
         return []
     place, count = Counter(shown).most_common(1)[0]
@@ -62,8 +60,14 @@ def _positions(shown: Sequence[int]) -> list[str]:
     if step and bdtrc(times - 1, len(shown) - 1, 1 / DRAWINGS) < LEAST_LIKELY / DRAWINGS:
         return [f"positions in steps of {step}"]
     counts = [shown.count(position) for position in range(1, DRAWINGS + 1)]
-    uneven = sum(counts) >= LEAST_VOTES and chisquare(counts).pvalue < LEAST_LIKELY
+    uneven = sum(counts) >= LEAST_VOTES and _chance_of(counts) < LEAST_LIKELY
     return ["favours some positions"] if uneven else []
+
+
+def _chance_of(counts: Sequence[int]) -> float:
+    """How likely counts are so uneven where all places are equal (Pearson's chi-square test)."""
+    expected = sum(counts) / len(counts)
+    return float(chdtrc(len(counts) - 1, sum((count - expected) ** 2 for count in counts) / expected))
 
 
 def _speed(count: int, typical: float) -> list[str]:

@@ -100,7 +100,7 @@ def evaluate_folders(folders: Folders, settings: Settings, advance: Callable[[st
     """
     failures = list(folders.unmatched())
     scores: dict[str, list[Score]] = {method: [] for method in folders.drawings}
-    gallery, notes = OverlayGallery(), list[str]()
+    gallery, notes = OverlayGallery.of(len(folders.names)), list[str]()
     for name in folders.names:
         try:
             found = _evaluate_name(folders, name, settings, gallery, notes)

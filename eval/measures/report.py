@@ -24,8 +24,9 @@ MISS = (0, 114, 178)
 REMOVED = (236, 236, 230)
 """Colours of an overlay: grey, vermilion, blue (told apart with any colour vision), and a tint for the silhouette."""
 
-PICTURE_SIDE = 480
-"""Longest side of the pictures in a report, pixels."""
+PICTURE_SIDE, SMALLEST_SIDE = 480, 120
+"""Longest side of the pictures in a report, pixels; with more drawings than `MANY` they are smaller."""
+MANY = 100
 
 LEGEND = (
     "Overlays: grey lines are near the other drawing (hits), orange ones are drawn but not in the reference (extras), "
@@ -38,23 +39,33 @@ class OverlayGallery:
     """The pictures of an evaluation, gathered drawing by drawing and shrunk at once.
 
     Attributes:
+        side: Longest side of a picture, pixels.
         rows: Drawing's name -> the drawing itself, then for each reference the overlay with it.
     """
 
+    side: int = PICTURE_SIDE
     rows: dict[str, list[Tile]] = field(default_factory=dict)
+
+    @staticmethod
+    def of(count: int) -> "OverlayGallery":
+        """A gallery for so many drawings: the page stays about as large as with `MANY`."""
+        side = round(PICTURE_SIDE * min(1.0, (MANY / max(count, 1)) ** 0.5))
+        return OverlayGallery(max(side, SMALLEST_SIDE))
 
     def add(self, target: Target, ink: Image, drawing: Lines, scores: Sequence[Score]) -> None:
         """Keep the pictures of one drawing and its comparisons."""
-        tiles = [Tile(shrink(from_ink(ink), PICTURE_SIDE), "the drawing")]
+        tiles = [Tile(shrink(from_ink(ink), self.side), "the drawing")]
         for score in scores:
             reference = target.references[score.reference]
-            pixels = overlay(drawing, reference, target.settings.tolerance_pixels, target.removed)
+            pixels = overlay(drawing, reference, target.settings.tolerance_pixels, target.removed, self.side)
             caption = f"{score.reference}: F1 {shown('f1', score.measures.f1)}"
-            tiles.append(Tile(shrink(pixels, PICTURE_SIDE), caption, f"overlay with {caption}"))
+            tiles.append(Tile(shrink(pixels, self.side), caption, f"overlay with {caption}"))
         self.rows[target.name] = tiles
 
 
-def overlay(drawing: Lines, reference: Lines, tolerance: float, removed: Mask | None = None) -> Pixels:
+def overlay(
+    drawing: Lines, reference: Lines, tolerance: float, removed: Mask | None = None, side: int = PICTURE_SIDE
+) -> Pixels:
     """(H, W, 3) a drawing over its reference: hits, extras and misses in their colours.
 
     Args:
@@ -62,14 +73,15 @@ def overlay(drawing: Lines, reference: Lines, tolerance: float, removed: Mask | 
         reference: The reference, of the same size.
         tolerance: Pixels up to which two pixels are near each other.
         removed: (H, W) the band taken away from both.
+        side: Longest side that the picture will be scaled down to, pixels.
     """
     picture = np.full((*drawing.mask.shape, 3), 255, dtype=np.uint8)
     if removed is not None:
         picture[removed] = REMOVED
     near_reference, near_drawing = (_near(lines, tolerance) for lines in (reference, drawing))
-    picture[_thick(drawing.mask & near_reference)] = HIT
-    picture[_thick(drawing.mask & ~near_reference)] = EXTRA
-    picture[_thick(reference.mask & ~near_drawing)] = MISS
+    picture[_thick(drawing.mask & near_reference, side)] = HIT
+    picture[_thick(drawing.mask & ~near_reference, side)] = EXTRA
+    picture[_thick(reference.mask & ~near_drawing, side)] = MISS
     return picture
 
 
@@ -77,10 +89,10 @@ def _near(lines: Lines, tolerance: float) -> Mask:
     return np.zeros_like(lines.mask) if lines.empty else np.asarray(lines.distance <= tolerance)
 
 
-def _thick(mask: Mask) -> Mask:
-    """Lines of one pixel made as wide as they must be to show when the picture is scaled down to `PICTURE_SIDE`."""
-    side = 2 * max(1, round(max(mask.shape) / PICTURE_SIDE)) + 1
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+def _thick(mask: Mask, side: int) -> Mask:
+    """Lines of one pixel made as wide as they must be to show when the picture is scaled down to `side`."""
+    width = 2 * max(1, round(max(mask.shape) / side)) + 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
     return np.asarray(cv2.dilate(mask.astype(np.uint8), disc) > 0)
 
 
@@ -156,7 +168,7 @@ def sections(
     summary += [Text(note, "warning") for note in notes]
     summary.append(Facts([(name.replace("_", " "), _in_words(value)) for name, value in settings.items()]))
     pictures: list[Block] = [Text(LEGEND, "note")]
-    pictures += [Grid(tiles, name, columns=4, max_side=PICTURE_SIDE) for name, tiles in gallery.rows.items()]
+    pictures += [Grid(tiles, name, columns=4, max_side=gallery.side) for name, tiles in gallery.rows.items()]
     return [
         Section("Means", summary),
         Section("Drawings", [Fold(f"All {len(evaluation.scores)} comparisons", [scores_table(evaluation)])]),
