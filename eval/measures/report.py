@@ -27,6 +27,8 @@ REMOVED = (236, 236, 230)
 PICTURE_SIDE, SMALLEST_SIDE = 480, 120
 """Longest side of the pictures in a report, pixels; with more drawings than `MANY` they are smaller."""
 MANY = 100
+"""Drawings whose pictures one page holds."""
+_MORE_PAGES = "pictures-{}.html"
 
 LEGEND = (
     "Overlays: grey lines are near the other drawing (hits), orange ones are drawn but not in the reference (extras), "
@@ -51,6 +53,11 @@ class OverlayGallery:
         """A gallery for so many drawings: the page stays about as large as with `MANY`."""
         side = round(PICTURE_SIDE * min(1.0, (MANY / max(count, 1)) ** 0.5))
         return OverlayGallery(max(side, SMALLEST_SIDE))
+
+    def pages(self) -> list[list[tuple[str, list[Tile]]]]:
+        """The rows, page by page; at least one page."""
+        rows = list(self.rows.items())
+        return [rows[start : start + MANY] for start in range(0, max(len(rows), 1), MANY)]
 
     def add(self, target: Target, ink: Image, drawing: Lines, scores: Sequence[Score]) -> None:
         """Keep the pictures of one drawing and its comparisons."""
@@ -132,6 +139,8 @@ def write_evaluation(
 ) -> dict[str, object]:
     """Write report.json and report.html into a folder, which is made if needed.
 
+    Beyond the first `MANY` drawings their pictures are on pages of their own, pictures-2.html and so on.
+
     Args:
         folder: Where to.
         comparison: The methods' scores; the first one's drawings are shown.
@@ -149,6 +158,11 @@ def write_evaluation(
     write_text(root / "report.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
     parts = sections(comparison, gallery, failures, page or {}, notes)
     write_report(root / "report.html", "Evaluation of line drawings", parts, _lead(comparison))
+    for earlier in root.glob(_MORE_PAGES.format("*")):
+        earlier.unlink()  # of a report on more drawings
+    for number, rows in enumerate(gallery.pages()[1:], 2):
+        shown = Section("Pictures", [Text(LEGEND, "note"), *_grids(rows, gallery.side)])
+        write_report(root / _MORE_PAGES.format(number), "Evaluation of line drawings", [shown], f"Page {number}.")
     return content
 
 
@@ -168,12 +182,20 @@ def sections(
     summary += [Text(note, "warning") for note in notes]
     summary.append(Facts([(name.replace("_", " "), _in_words(value)) for name, value in settings.items()]))
     pictures: list[Block] = [Text(LEGEND, "note")]
-    pictures += [Grid(tiles, name, columns=4, max_side=gallery.side) for name, tiles in gallery.rows.items()]
+    first, *more = gallery.pages()
+    if more:
+        names = f"{_MORE_PAGES.format(2)} to {_MORE_PAGES.format(len(more) + 1)}" if more[1:] else _MORE_PAGES.format(2)
+        pictures.append(Text(f"The first {MANY} of {len(gallery.rows)} drawings; the others are in {names}.", "note"))
+    pictures += _grids(first, gallery.side)
     return [
         Section("Means", summary),
         Section("Drawings", [Fold(f"All {len(evaluation.scores)} comparisons", [scores_table(evaluation)])]),
         Section("Pictures", pictures),
     ]
+
+
+def _grids(rows: Sequence[tuple[str, list[Tile]]], side: int) -> list[Block]:
+    return [Grid(tiles, name, columns=4, max_side=side) for name, tiles in rows]
 
 
 def _in_words(value: float | bool) -> str:
