@@ -11,6 +11,7 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
+from eval.baselines.decision_tree import Tree
 from eval.comparison import candidates as oracle
 from eval.comparison.candidates import BEST_OF_8, BEST_OF_ALL, CHOSEN, FAVOURITE, Judged, rank_correlation
 from eval.comparison.methods import Drawn, classic_methods, learned_methods, row_name
@@ -40,6 +41,7 @@ class Bench:
         out: REPORT.
         references: What drawings are judged by.
         models: Label -> checkpoint.
+        tree: A trained decision tree, if there is one.
         preset: Of the models' search.
         device: Where the models compute; measures don't depend on it by more than rounding.
         tuned: The parameters of the tuned baselines.
@@ -51,6 +53,7 @@ class Bench:
     out: Path
     references: References
     models: Mapping[str, Path]
+    tree: Tree | None
     preset: str
     device: str
     tuned: Tuned
@@ -106,6 +109,8 @@ class ViewTask:
                 for path in (data.mesh_path(item.shape), data.camera_path(item), data.selection_path(item))
             ],
         }
+        if bench.tree is not None:
+            parts["tree"] = asdict(bench.tree)
         return ViewTask(bench, item, chosen, _hash(json.dumps(parts, sort_keys=True).encode()))
 
     def done(self) -> dict[str, Any] | None:
@@ -146,7 +151,7 @@ def measure_view(task: ViewTask) -> dict[str, Any]:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_bytes(path, drawn.png)
 
-    for method in [*classic_methods(bench.tuned), *learned_methods(models, bench.preset)]:
+    for method in [*classic_methods(bench.tuned, bench.tree), *learned_methods(models, bench.preset)]:
         drawn = method.draw(view)
         keep(method.name, drawn)
         if drawn.plan is not None and drawn.plan.score is not None:
