@@ -19,6 +19,7 @@ from eval.comparison.opinions import WHOLE, Opinion, opinions, settings_of
 from eval.comparison.tuning import Tuned
 from eval.comparison.views import References, open_as_drawn, target_of
 from eval.measures.evaluation import Score, Settings
+from eval.measures.references import most_consistent
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
 from ncmodel.drawing.plan import Plan
@@ -28,7 +29,7 @@ from ncmodel.images import png_ink
 from ncmodel.model.maps import network_maps
 from ncmodel.model.predictor import Model, load_model
 
-VERSION = 1
+VERSION = 2
 """Of what a view's file holds. What was measured by other versions is measured again."""
 
 
@@ -134,7 +135,8 @@ def _hash(content: bytes) -> str:
 def measure_view(task: ViewTask) -> dict[str, Any]:
     """Draw, measure, and write the view's files; returns its record.
 
-    The record holds `scores`, a row for each method and reference; `choices`, what models decided; `candidates`, F1 of
+    The record holds `scores`, a row for each method and reference; `consistent`, the reference nearest to the others;
+    `choices`, what models decided; `candidates`, F1 of
     the 256; and `rankers`, what models say of the eight and of the 256, by all they go by and by pictures alone.
     """
     bench, item = task.bench, task.item
@@ -182,6 +184,7 @@ def measure_view(task: ViewTask) -> dict[str, Any]:
         "identity": task.identity,
         "shape": item.shape,
         "view": item.view,
+        "consistent": list(target.references)[most_consistent(list(target.references.values()))],
         "scores": [
             {"method": row, "reference": score.reference, **asdict(score.measures)}
             for row, found in scores.items()
