@@ -48,6 +48,10 @@ def draw(
         str | None,
         typer.Option(help="front, back, left, right, top, bottom or iso, in place of --azimuth and --elevation."),
     ] = None,
+    projection: Annotated[
+        str | None,
+        typer.Option(help="perspective or orthographic: along parallel lines (default perspective, or the camera's)."),
+    ] = None,
     size: Annotated[str | None, typer.Option(help="N or WxH in pixels (default 768, or the camera's)")] = None,
     lines: Annotated[
         str | None,
@@ -114,6 +118,7 @@ def draw(
             "--view": view,
             "--azimuth": azimuth,
             "--elevation": elevation,
+            "--projection": projection,
             "--size": size,
             "--hidden": None if hidden == "none" else hidden,
         }
@@ -128,11 +133,12 @@ def draw(
         "azimuth": azimuth,
         "elevation": elevation,
         "size": size,
+        "projection": projection,
         "crease_angle": crease_angle,
     }
     job = _Job(
         output=output,
-        camera=_camera(camera, azimuth, elevation, size),
+        camera=_camera(camera, azimuth, elevation, size, projection),
         style=style,
         sort=sort,
         suffix="svg" if suffix is None else suffix,
@@ -237,7 +243,9 @@ def _draw_folder(job: _Job, meshes: list[Path]) -> None:
         raise BatchError(f"{len(failed)} of {len(meshes)} meshes failed: {reasons}")
 
 
-def _camera(path: Path | None, azimuth: float | None, elevation: float | None, size: str | None) -> "Camera | None":
+def _camera(
+    path: Path | None, azimuth: float | None, elevation: float | None, size: str | None, projection: str | None
+) -> "Camera | None":
     from ncmodel.camera import Camera
     from ncmodel.drawing.arguments import size_of
 
@@ -246,6 +254,7 @@ def _camera(path: Path | None, azimuth: float | None, elevation: float | None, s
     if azimuth is not None or elevation is not None:
         raise UsageError("--camera: found --azimuth or --elevation beside it, expected one or the other")
     camera = Camera.load(path)
+    camera = camera if projection is None else camera.projected(projection)
     return camera if size is None else camera.resized(*size_of(size))
 
 
