@@ -53,7 +53,7 @@ LOOKS: dict[str, Callable[[Grey], Grey]] = {
 
 def measured(folder: Path) -> tuple[list[float], tuple[str, ...]]:
     """F1 of each reference, and the notes."""
-    done = evaluate_folders(Folders({"d": folder / "d"}, folder / "r"), Settings(2.0), lambda _: None)
+    done = evaluate_folders(Folders({"d": folder / "d"}, folder / "r"), Settings(2.0), folder, lambda _: None)
     assert not done.failures
     (evaluation,) = done.comparison.evaluations.values()
     return [score.measures.f1 for score in evaluation.scores], done.notes
