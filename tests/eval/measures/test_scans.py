@@ -151,6 +151,6 @@ def test_areas_and_silhouettes_without_an_outline_are_noted(tmp_path: Path) -> N
     write(tmp_path / "r" / "a.png", 1 - lines())
     write(tmp_path / "s" / "a.png", disc / 255)
     folders = Folders({"d": tmp_path / "d"}, tmp_path / "r", tmp_path / "s")
-    assert evaluate_folders(folders, Settings(2.0), lambda _: None).notes == (
+    assert evaluate_folders(folders, Settings(2.0), tmp_path, lambda _: None).notes == (
         "a: its silhouette has no outline; expected a mask or an outline, black on white",
     )
