@@ -9,9 +9,9 @@ from itertools import pairwise
 from statistics import median
 
 import pandas as pd
-from scipy.special import bdtr, bdtrc, chdtrc
+from scipy.special import bdtr, bdtrc
 
-from dataset_tools.votes.agreement import agreeing_share
+from dataset_tools.votes.agreement import agreeing_share, evenness
 from ncmodel.data.item import DRAWINGS
 
 FASTEST_SECONDS = 1.5
@@ -60,14 +60,8 @@ def _positions(shown: Sequence[int]) -> list[str]:
     if step and bdtrc(times - 1, len(shown) - 1, 1 / DRAWINGS) < LEAST_LIKELY / DRAWINGS:
         return [f"positions in steps of {step}"]
     counts = [shown.count(position) for position in range(1, DRAWINGS + 1)]
-    uneven = sum(counts) >= LEAST_VOTES and _chance_of(counts) < LEAST_LIKELY
+    uneven = sum(counts) >= LEAST_VOTES and evenness(counts) < LEAST_LIKELY
     return ["favours some positions"] if uneven else []
-
-
-def _chance_of(counts: Sequence[int]) -> float:
-    """How likely counts are so uneven where all places are equal (Pearson's chi-square test)."""
-    expected = sum(counts) / len(counts)
-    return float(chdtrc(len(counts) - 1, sum((count - expected) ** 2 for count in counts) / expected))
 
 
 def _speed(count: int, typical: float) -> list[str]:

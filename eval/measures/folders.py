@@ -87,12 +87,15 @@ class Folders:
         return binarise(read_ink(self.outlines.get(name, self.silhouettes / f"{name}.png")))
 
 
-def evaluate_folders(folders: Folders, settings: Settings, advance: Callable[[str], None]) -> FolderEvaluation:
+def evaluate_folders(
+    folders: Folders, settings: Settings, output: Path, advance: Callable[[str], None]
+) -> FolderEvaluation:
     """Measure everything that can be measured.
 
     Args:
         folders: Where the pictures are.
         settings: How drawings are compared.
+        output: The report's folder, where pages of pictures go.
         advance: Called with each name when it is done.
 
     Raises:
@@ -100,7 +103,7 @@ def evaluate_folders(folders: Folders, settings: Settings, advance: Callable[[st
     """
     failures = list(folders.unmatched())
     scores: dict[str, list[Score]] = {method: [] for method in folders.drawings}
-    gallery, notes = OverlayGallery.of(len(folders.names)), list[str]()
+    gallery, notes = OverlayGallery(output), list[str]()
     for name in folders.names:
         try:
             found = _evaluate_name(folders, name, settings, gallery, notes)
@@ -112,7 +115,7 @@ def evaluate_folders(folders: Folders, settings: Settings, advance: Callable[[st
             for method, measured in found.items():
                 scores[method] += measured
         advance(name)
-    if not gallery.rows:
+    if gallery.empty:
         raise InputError(folders.references, f"nothing could be measured ({failures[0]})", "comparable drawings")
     evaluations = {method: Evaluation(tuple(measured), settings) for method, measured in scores.items()}
     return FolderEvaluation(Comparison(evaluations), gallery, tuple(failures), tuple(notes))

@@ -1,4 +1,4 @@
-"""An evaluation as files: report.json with every number, report.html to look at."""
+"""An evaluation as files: report.json with every number, report.html to look at, with pages where pictures are many."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -15,7 +15,7 @@ from ncmodel.chamfer import Lines
 from ncmodel.files import write_text
 from ncmodel.images import Pixels, from_ink, shrink
 from ncmodel.report.contact_sheet import Tile
-from ncmodel.report.html import Block, Cell, Facts, Fold, Grid, Section, Table, Text, write_report
+from ncmodel.report.html import Block, Cell, Facts, Fold, Grid, Links, Section, Table, Text, write_report
 from ncmodel.types import Image, Mask
 
 HIT = (70, 70, 70)
@@ -24,11 +24,16 @@ MISS = (0, 114, 178)
 REMOVED = (236, 236, 230)
 """Colours of an overlay: grey, vermilion, blue (told apart with any colour vision), and a tint for the silhouette."""
 
-PICTURE_SIDE, SMALLEST_SIDE = 480, 120
-"""Longest side of the pictures in a report, pixels; with more drawings than `MANY` they are smaller."""
-MANY = 100
-"""Drawings whose pictures one page holds."""
-_MORE_PAGES = "pictures-{}.html"
+PICTURE_SIDE = 480
+"""Longest side of the pictures in a report, pixels."""
+
+MOST_PICTURES = 240
+"""Pictures that one page holds: about 8 MB, which browsers open at once."""
+
+PAGES = "pages"
+"""Folder of the pages of pictures, where one doesn't hold all."""
+
+_TITLE = "Evaluation of line drawings"
 
 LEGEND = (
     "Overlays: grey lines are near the other drawing (hits), orange ones are drawn but not in the reference (extras), "
@@ -40,39 +45,68 @@ LEGEND = (
 class OverlayGallery:
     """The pictures of an evaluation, gathered drawing by drawing and shrunk at once.
 
+    Those of many drawings go to pages of their own as soon as they fill one, so that no file gets too large for a
+    browser, and they don't pile up in memory.
+
     Attributes:
-        side: Longest side of a picture, pixels.
-        rows: Drawing's name -> the drawing itself, then for each reference the overlay with it.
+        folder: Of the report.
+        rows: Drawing's name -> the drawing itself, then for each reference the overlay; those not on a page yet.
+        pages: Names of the first and the last drawing on each page -> its path from the folder.
     """
 
-    side: int = PICTURE_SIDE
+    folder: Path
     rows: dict[str, list[Tile]] = field(default_factory=dict)
+    pages: dict[tuple[str, str], str] = field(default_factory=dict)
 
-    @staticmethod
-    def of(count: int) -> "OverlayGallery":
-        """A gallery for so many drawings: the page stays about as large as with `MANY`."""
-        side = round(PICTURE_SIDE * min(1.0, (MANY / max(count, 1)) ** 0.5))
-        return OverlayGallery(max(side, SMALLEST_SIDE))
-
-    def pages(self) -> list[list[tuple[str, list[Tile]]]]:
-        """The rows, page by page; at least one page."""
-        rows = list(self.rows.items())
-        return [rows[start : start + MANY] for start in range(0, max(len(rows), 1), MANY)]
+    @property
+    def empty(self) -> bool:
+        """Whether there is no picture."""
+        return not (self.rows or self.pages)
 
     def add(self, target: Target, ink: Image, drawing: Lines, scores: Sequence[Score]) -> None:
         """Keep the pictures of one drawing and its comparisons."""
-        tiles = [Tile(shrink(from_ink(ink), self.side), "the drawing")]
+        tiles = [Tile(shrink(from_ink(ink), PICTURE_SIDE), "the drawing")]
         for score in scores:
             reference = target.references[score.reference]
-            pixels = overlay(drawing, reference, target.settings.tolerance_pixels, target.removed, self.side)
+            pixels = overlay(drawing, reference, target.settings.tolerance_pixels, target.removed)
             caption = f"{score.reference}: F1 {shown('f1', score.measures.f1)}"
-            tiles.append(Tile(shrink(pixels, self.side), caption, f"overlay with {caption}"))
+            tiles.append(Tile(shrink(pixels, PICTURE_SIDE), caption, f"overlay with {caption}"))
+        if self.rows and len(tiles) + sum(map(len, self.rows.values())) > MOST_PICTURES:
+            self._turn_page()
         self.rows[target.name] = tiles
 
+    def blocks(self) -> list[Block]:
+        """What the report shows: all pictures, or where to find them."""
+        if self.pages and self.rows:
+            self._turn_page()
+        self._remove_earlier()
+        if not self.pages:
+            return [Text(LEGEND, "note"), *self._grids()]
+        told = f"{len(self.pages)} pages of at most {MOST_PICTURES} pictures each."
+        return [Text(told), Links([(f"{first} .. {last}", page) for (first, last), page in self.pages.items()])]
 
-def overlay(
-    drawing: Lines, reference: Lines, tolerance: float, removed: Mask | None = None, side: int = PICTURE_SIDE
-) -> Pixels:
+    def _grids(self) -> list[Block]:
+        return [Grid(tiles, name, columns=4, max_side=PICTURE_SIDE) for name, tiles in self.rows.items()]
+
+    def _turn_page(self) -> None:
+        """Put the pictures gathered so far on a page of their own."""
+        first, last = next(iter(self.rows)), next(reversed(self.rows))
+        page = f"{PAGES}/{len(self.pages) + 1:04d}.html"
+        (self.folder / PAGES).mkdir(parents=True, exist_ok=True)
+        back: list[Block] = [Links([("To the report", "../report.html")]), Text(LEGEND, "note")]
+        parts = [Section(f"{first} .. {last}", [*back, *self._grids()])]
+        write_report(self.folder / page, _TITLE, parts)
+        self.pages[first, last] = page
+        self.rows = {}
+
+    def _remove_earlier(self) -> None:
+        """Remove the pages of an evaluation before that had more of them."""
+        for path in (self.folder / PAGES).glob("[0-9][0-9][0-9][0-9].html"):
+            if f"{PAGES}/{path.name}" not in self.pages.values():
+                path.unlink()
+
+
+def overlay(drawing: Lines, reference: Lines, tolerance: float, removed: Mask | None = None) -> Pixels:
     """(H, W, 3) a drawing over its reference: hits, extras and misses in their colours.
 
     Args:
@@ -80,15 +114,14 @@ def overlay(
         reference: The reference, of the same size.
         tolerance: Pixels up to which two pixels are near each other.
         removed: (H, W) the band taken away from both.
-        side: Longest side that the picture will be scaled down to, pixels.
     """
     picture = np.full((*drawing.mask.shape, 3), 255, dtype=np.uint8)
     if removed is not None:
         picture[removed] = REMOVED
     near_reference, near_drawing = (_near(lines, tolerance) for lines in (reference, drawing))
-    picture[_thick(drawing.mask & near_reference, side)] = HIT
-    picture[_thick(drawing.mask & ~near_reference, side)] = EXTRA
-    picture[_thick(reference.mask & ~near_drawing, side)] = MISS
+    picture[_thick(drawing.mask & near_reference)] = HIT
+    picture[_thick(drawing.mask & ~near_reference)] = EXTRA
+    picture[_thick(reference.mask & ~near_drawing)] = MISS
     return picture
 
 
@@ -96,10 +129,10 @@ def _near(lines: Lines, tolerance: float) -> Mask:
     return np.zeros_like(lines.mask) if lines.empty else np.asarray(lines.distance <= tolerance)
 
 
-def _thick(mask: Mask, side: int) -> Mask:
-    """Lines of one pixel made as wide as they must be to show when the picture is scaled down to `side`."""
-    width = 2 * max(1, round(max(mask.shape) / side)) + 1
-    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (width, width))
+def _thick(mask: Mask) -> Mask:
+    """Lines of one pixel made as wide as they must be to show when the picture is scaled down to `PICTURE_SIDE`."""
+    side = 2 * max(1, round(max(mask.shape) / PICTURE_SIDE)) + 1
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
     return np.asarray(cv2.dilate(mask.astype(np.uint8), disc) > 0)
 
 
@@ -130,21 +163,17 @@ def record(
 
 
 def write_evaluation(
-    folder: str | Path,
     comparison: Comparison,
     gallery: OverlayGallery,
     failures: Sequence[str] = (),
     page: Mapping[str, float] | None = None,
     notes: Sequence[str] = (),
 ) -> dict[str, object]:
-    """Write report.json and report.html into a folder, which is made if needed.
-
-    Beyond the first `MANY` drawings their pictures are on pages of their own, pictures-2.html and so on.
+    """Write report.json and report.html into the gallery's folder, which is made if needed.
 
     Args:
-        folder: Where to.
         comparison: The methods' scores; the first one's drawings are shown.
-        gallery: Its pictures.
+        gallery: Their pictures.
         failures: One line for each item that could not be measured.
         page: Millimetres behind the tolerance, if it was given so.
         notes: One line for each picture that is hardly what was meant.
@@ -152,17 +181,11 @@ def write_evaluation(
     Returns:
         The content of report.json.
     """
-    root = Path(folder)
-    root.mkdir(parents=True, exist_ok=True)
+    gallery.folder.mkdir(parents=True, exist_ok=True)
     content = record(comparison, failures, page, notes)
-    write_text(root / "report.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
+    write_text(gallery.folder / "report.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
     parts = sections(comparison, gallery, failures, page or {}, notes)
-    write_report(root / "report.html", "Evaluation of line drawings", parts, _lead(comparison))
-    for earlier in root.glob(_MORE_PAGES.format("*")):
-        earlier.unlink()  # of a report on more drawings
-    for number, rows in enumerate(gallery.pages()[1:], 2):
-        shown = Section("Pictures", [Text(LEGEND, "note"), *_grids(rows, gallery.side)])
-        write_report(root / _MORE_PAGES.format(number), "Evaluation of line drawings", [shown], f"Page {number}.")
+    write_report(gallery.folder / "report.html", _TITLE, parts, _lead(comparison))
     return content
 
 
@@ -181,21 +204,11 @@ def sections(
         summary.append(Text(f"{len(failures)} not measured: {'; '.join(failures)}", "warning"))
     summary += [Text(note, "warning") for note in notes]
     summary.append(Facts([(name.replace("_", " "), _in_words(value)) for name, value in settings.items()]))
-    pictures: list[Block] = [Text(LEGEND, "note")]
-    first, *more = gallery.pages()
-    if more:
-        names = f"{_MORE_PAGES.format(2)} to {_MORE_PAGES.format(len(more) + 1)}" if more[1:] else _MORE_PAGES.format(2)
-        pictures.append(Text(f"The first {MANY} of {len(gallery.rows)} drawings; the others are in {names}.", "note"))
-    pictures += _grids(first, gallery.side)
     return [
         Section("Means", summary),
         Section("Drawings", [Fold(f"All {len(evaluation.scores)} comparisons", [scores_table(evaluation)])]),
-        Section("Pictures", pictures),
+        Section("Pictures", gallery.blocks()),
     ]
-
-
-def _grids(rows: Sequence[tuple[str, list[Tile]]], side: int) -> list[Block]:
-    return [Grid(tiles, name, columns=4, max_side=side) for name, tiles in rows]
 
 
 def _in_words(value: float | bool) -> str:

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from eval.cli.evaluate import resolve_tolerance
-from eval.measures import report as report_pages
 from eval.measures.metrics import f1_score
 from ncmodel.cli.main import main
 from ncmodel.errors import UsageError
@@ -70,18 +69,6 @@ def test_the_page_stands_alone_and_shows_every_drawing(folders: Path) -> None:
     assert page.count('<img src="data:image/png;base64,') == 5
     assert "cow_0/ben.png" in page
     assert "http" not in page.replace("http-equiv", "").replace("http://www.w3.org", "")
-
-
-def test_pictures_of_many_drawings_are_on_pages_of_their_own(folders: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(report_pages, "MANY", 1)
-    assert main(command(folders)) == 0
-    page, more = ((folders / "out" / name).read_text(encoding="utf-8") for name in ("report.html", "pictures-2.html"))
-    assert page.count('<img src="data:image/png;base64,') == 2
-    assert "The first 1 of 2 drawings; the others are in pictures-2.html." in page
-    assert more.count('<img src="data:image/png;base64,') == 3
-    monkeypatch.undo()
-    assert main(command(folders)) == 0
-    assert {path.name for path in (folders / "out").iterdir()} == {"report.html", "report.json"}
 
 
 def test_json_is_the_only_thing_on_stdout(folders: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,7 +8,7 @@ import pytest
 from eval.measures.comparison import compare, comparison_table, comparison_text, difference_table, shape_of
 from eval.measures.evaluation import Settings, Target, evaluate
 from eval.measures.metrics import MEASURES, Measures, f1_score
-from eval.measures.report import EXTRA, HIT, MISS, REMOVED, OverlayGallery, overlay
+from eval.measures.report import EXTRA, HIT, MISS, REMOVED, overlay
 from ncmodel.errors import UsageError
 from ncmodel.report.html import Cell
 from ncmodel.types import Image
@@ -202,17 +202,3 @@ def test_an_overlay_of_empty_drawings() -> None:
     assert tuple(overlay(target.prepare(strokes()), target.references["r"], 2.0)[20, 3]) == MISS
     empty = Target.of("a", {"r": strokes()}, CLOSE)
     assert tuple(overlay(empty.prepare(strokes(20)), empty.references["r"], 2.0)[20, 3]) == EXTRA
-
-
-@pytest.mark.parametrize(("count", "side"), [(0, 480), (100, 480), (400, 240), (2000, 120)])
-def test_a_report_of_many_drawings_has_small_pictures(count: int, side: int) -> None:
-    """Whose lines are widened so that they show all the same."""
-    wide = np.zeros((600, 800), np.float32)
-    wide[300:302] = 1.0
-    target = Target.of("a", {"r": wide}, CLOSE)
-    drawing = target.prepare(wide)
-    gallery = OverlayGallery.of(count)
-    gallery.add(target, wide, drawing, target.scores(drawing))
-    tiles = gallery.rows["a"]
-    assert [max(tile.pixels.shape) for tile in tiles] == [side, side]
-    assert tiles[1].pixels.min() < 160

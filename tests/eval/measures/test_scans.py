@@ -53,7 +53,7 @@ LOOKS: dict[str, Callable[[Grey], Grey]] = {
 
 def measured(folder: Path) -> tuple[list[float], tuple[str, ...]]:
     """F1 of each reference, and the notes."""
-    done = evaluate_folders(Folders({"d": folder / "d"}, folder / "r"), Settings(2.0), lambda _: None)
+    done = evaluate_folders(Folders({"d": folder / "d"}, folder / "r"), Settings(2.0), folder, lambda _: None)
     assert not done.failures
     (evaluation,) = done.comparison.evaluations.values()
     return [score.measures.f1 for score in evaluation.scores], done.notes
@@ -151,6 +151,6 @@ def test_areas_and_silhouettes_without_an_outline_are_noted(tmp_path: Path) -> N
     write(tmp_path / "r" / "a.png", 1 - lines())
     write(tmp_path / "s" / "a.png", disc / 255)
     folders = Folders({"d": tmp_path / "d"}, tmp_path / "r", tmp_path / "s")
-    assert evaluate_folders(folders, Settings(2.0), lambda _: None).notes == (
+    assert evaluate_folders(folders, Settings(2.0), tmp_path, lambda _: None).notes == (
         "a: its silhouette has no outline; expected a mask or an outline, black on white",
     )

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ncmodel.camera import Camera
-from ncmodel.cli.draw import THUMBNAIL
+from ncmodel.cli.draw_job import THUMBNAIL
 from ncmodel.cli.main import main
 from tests.helpers import analytic
 from tests.helpers.mesh_files import write_obj
