@@ -13,9 +13,9 @@ from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
 from ncmodel.data.pairs import read_pairs
 from ncmodel.errors import InputError
+from ncmodel.nets.preset_settings import with_settings
 from ncmodel.nets.presets import PRESETS, Variation
 from ncmodel.parsing import parse_json, parse_toml
-from ncmodel.training.settings import with_settings
 
 DEPTH = 100_000
 
