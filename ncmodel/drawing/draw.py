@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
-from ncmodel.camera import DEFAULT_AZIMUTH, DEFAULT_ELEVATION, DEFAULT_SIZE, Camera
+from ncmodel.camera import DEFAULT_AZIMUTH, DEFAULT_ELEVATION, DEFAULT_SIZE, PERSPECTIVE, PROJECTIONS, Camera
 from ncmodel.drawing import arguments
 from ncmodel.drawing.drawing import Drawing
 from ncmodel.drawing.finishing import finish, finish_hidden
@@ -90,6 +90,7 @@ def draw(
     azimuth: float = DEFAULT_AZIMUTH,
     elevation: float = DEFAULT_ELEVATION,
     size: int | tuple[int, int] = DEFAULT_SIZE,
+    projection: str = PERSPECTIVE,
     up: str = "y",
     crease_angle: float = CREASE_ANGLE,
     tolerance: float | None = None,
@@ -117,6 +118,7 @@ def draw(
         azimuth: Degrees round the shape from its front, without a camera.
         elevation: Degrees above the ground, without a camera.
         size: (width, height) in pixels, or both in one, without a camera.
+        projection: "perspective", or "orthographic": along parallel lines; without a camera.
         up: The upward axis, "y" or "z", of a mesh file, or of what is taken as one; a `Mesh` is y-up.
         crease_angle: Degrees between faces above which their edge is a crease.
         tolerance: Pixels that strokes may stray from the lines on the mesh; the preset's unless given.
@@ -135,11 +137,13 @@ def draw(
     if variant is not None and model is None:
         raise ArgumentError("variant", repr(variant), "a model beside it, whose branches it tells")
     asked = arguments.plan_of(lines, thresholds, detail, min_length, hidden)
-    _check(camera, model, azimuth=azimuth, elevation=elevation, crease_angle=crease_angle)
+    _check(camera, model, projection, azimuth=azimuth, elevation=elevation, crease_angle=crease_angle)
     surface = _surface(shape, up, None if camera is None else camera.eye)
     if LineFamily.CREASES in asked.families and model is None:
         surface = split_at_creases(surface, crease_angle)
-    placed = camera or Camera.orbit(surface.mesh.used_vertices, azimuth, elevation, size=arguments.size_of(size))
+    placed = camera or Camera.orbit(
+        surface.mesh.used_vertices, azimuth, elevation, size=arguments.size_of(size), projection=projection
+    )
     view = View(surface, placed, crease_angle)
     among = None if lines is None else asked.families
     plan = asked if model is None else _chosen(model, view, variant, preset, among)
@@ -292,11 +296,13 @@ def _with_units(plan: Plan, view: View) -> Thresholds:
     return replace(thresholds, p90={**thresholds.p90, **{f: view.feature_percentile(f) for f in missing}})
 
 
-def _check(camera: object, model: object, crease_angle: float, **angles: float) -> None:
+def _check(camera: object, model: object, projection: str, crease_angle: float, **angles: float) -> None:
     if camera is not None:
         arguments.expect("camera", camera, Camera, "a Camera (Camera.load reads a file)")
     if model is not None and not hasattr(model, "choose"):
         raise UsageError(f"model: found {type(model).__name__}, expected what load_model returns")
+    if projection not in PROJECTIONS:
+        raise ArgumentError("projection", repr(projection), f"one of {', '.join(PROJECTIONS)}")
     for name, angle in {"crease angle": crease_angle, **angles}.items():
         arguments.number(name, angle, "degrees")
     if not 0.0 < crease_angle < 180.0:
