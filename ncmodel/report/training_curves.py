@@ -7,7 +7,6 @@ from typing import Any
 
 from ncmodel.report.html import Block, Section, Text, write_report
 from ncmodel.report.plots import Axis, Series, line_plot
-from ncmodel.training.loop import STAGES
 
 RELOAD = 10
 """Seconds after which an open page loads itself anew while training runs, and after which it is written anew."""
@@ -39,8 +38,7 @@ class Curves:
         self._write(histories, None)
 
     def _write(self, histories: Histories, reload: int | None) -> None:
-        # In an order of its own: a training that goes on reads histories in another one than it wrote them.
-        known = {stage: histories[stage] for stage in STAGES if histories.get(stage)}
+        known = {stage: records for stage, records in histories.items() if records}
         warned = [Text(note, "warning") for note in self.notes]
         sections = [Section(stage.capitalize(), curves_of(records)) for stage, records in known.items()]
         if sections and warned:
@@ -52,6 +50,7 @@ class Curves:
 def curves_of(records: Sequence[Mapping[str, Any]]) -> list[Block]:
     """The curves of a stage: what it minimises, on training and held-out items, and its accuracy on the latter."""
     passes = [float(record["epoch"]) for record in records]
+    # Records that were read from a file have their names in another order.
     names = ["loss", *sorted(records[0].keys() - {"epoch", "loss"})]
 
     def series(name: str) -> Series:
