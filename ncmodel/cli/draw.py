@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from ncmodel.cli.common import emit, progress
+from ncmodel.cli.limited import MemoryGb, Seconds, limited
 from ncmodel.errors import BatchError, InputError, NeuralContoursError, UsageError, printable
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ THUMBNAIL_WIDTH = 4.0
 """Line width, at 768, of drawings that are to be scaled down: thinner lines would turn grey."""
 
 
+@limited
 def draw(
     output: Annotated[
         Path,
@@ -101,6 +103,8 @@ def draw(
         str | None,
         typer.Option("--format", help="svg, png, pdf, dxf or json: write to a folder, even one mesh (default svg)."),
     ] = None,
+    seconds: Seconds = None,
+    memory_gb: MemoryGb = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print what was computed as JSON.")] = False,
 ) -> None:
     """Draw the lines of shapes."""

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from dataset_tools.build.runners import HereRunner, PoolRunner, Runner
-from dataset_tools.build.worker_process import Limits
 from ncmodel.errors import InputError
+from ncmodel.limits import Limits
 from tests.helpers.waiting import wait_until
 
 LIMITS = Limits(seconds=60.0, memory_gb=8.0)
