@@ -29,7 +29,7 @@ def limited(command: Callable[..., None]) -> Callable[..., None]:
 
     @functools.wraps(command)
     def held(**options: Any) -> None:
-        given = {name: options[name] for name in ("seconds", "memory_gb") if options[name] is not None}
+        given = {name: options[name] for name in ("seconds", "memory_gb") if options.get(name) is not None}
         if not given:
             command(**options)
             return

@@ -160,6 +160,7 @@ BAD = {
     "import-weights: missing file": ("import-weights --ranker gone.pth -o x.safetensors", "gone.pth"),
     "export-onnx: missing model": ("export-onnx gone.safetensors -o networks", "gone.safetensors"),
     "compare: wrong pairs": ("compare folder pairs.jsonl --model gone.safetensors -o report", "pairs.jsonl|folder"),
+    "decision-tree: wrong pairs": ("decision-tree folder pairs.jsonl -o tree.json", "pairs.jsonl|folder"),
     "evaluate: missing folder": ("evaluate --drawings absent --references folder -o report", "absent"),
     "evaluate: empty folder": ("evaluate --drawings folder --references folder -o report", "folder"),
     "fit-camera: missing drawing": ("fit-camera triangle.obj absent.png -o camera.json", "absent.png"),
@@ -221,6 +222,8 @@ def test_a_drawing_loads_no_module_of_another_command(files: Path) -> None:
     assert {name for name in loaded if name.startswith("ncmodel.cli.")} == {
         "ncmodel.cli.common",
         "ncmodel.cli.draw",
+        "ncmodel.cli.draw_job",
+        "ncmodel.cli.draw_options",
         "ncmodel.cli.main",
     }
     assert {name.split(".")[0] for name in loaded} == {"ncmodel"}
