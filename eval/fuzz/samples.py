@@ -5,6 +5,7 @@ import json
 import struct
 import tempfile
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -155,7 +156,7 @@ def _checkpoint() -> bytes:
 def samples_of(kind: str) -> list[bytes]:
     """Valid files of a kind, named by its suffix; `votes.csv` and `results.csv` are two."""
     pair = {"shape": "cow", "view": "30", "better": 1, "worse": 0, "votes_for": 4, "votes": 5, "split": "train"}
-    makers = {
+    makers: dict[str, Callable[[], list[bytes]]] = {
         ".obj": _obj,
         ".ply": _ply,
         ".stl": _stl,

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from dataset_tools.build.worker_process import WorkerProcess
+from dataset_tools.build.worker_process import CallFailed, WorkerProcess
 from eval.fuzz import trials
 from eval.fuzz.samples import KINDS, samples_of
 from eval.fuzz.trials import Fault, damaged_file, outcomes, try_all
@@ -57,7 +57,7 @@ def test_what_ends_a_process_is_found_among_others() -> None:
     class Worker(WorkerProcess):
         def call(self, function, argument, limits):  # type: ignore[no-untyped-def]
             if 5 in argument.seeds:
-                raise trials.CallFailed("it took more than 30 s")
+                raise CallFailed("it took more than 30 s")
             return ["" for _ in argument.seeds]
 
     tally = try_all(".obj", range(10), Worker())
