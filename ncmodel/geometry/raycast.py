@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from ncmodel.camera import Camera, Rays
 from ncmodel.geometry.coincident_faces import distinct_faces
-from ncmodel.geometry.early_split import Pieces, early_split
 from ncmodel.geometry.normals_areas import Indices
 from ncmodel.jit import kernel
+from ncmodel.mesh.early_split import Pieces, early_split
 from ncmodel.types import Floats, Ints, Mesh, ViewBuffers
 
 if TYPE_CHECKING:

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ncmodel.geometry.normals_areas import Indices, check_columns
 from ncmodel.jit import kernel
 from ncmodel.types import Ints
 
@@ -21,6 +20,7 @@ MOST_PIECES = 1 << 18
 """More than there are faces, at most."""
 
 _Singles = NDArray[np.float32]
+_Indices = NDArray[np.uint32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,7 @@ class Pieces:
         return inside[:, 1], inside[:, 2]
 
 
-def early_split(vertices: _Singles, faces: Indices) -> Pieces | None:
+def early_split(vertices: _Singles, faces: _Indices) -> Pieces | None:
     """Cut the largest faces at the middle of their longest sides, again and again.
 
     Args:
@@ -98,10 +98,8 @@ def _volumes(corners: _Singles) -> NDArray[np.float64]:
 
 
 @kernel
-def _volumes_around(vertices: _Singles, faces: Indices) -> tuple[float, float]:
+def _volumes_around(vertices: _Singles, faces: _Indices) -> tuple[float, float]:
     """The sum of the volumes of the faces' boxes, and the volume of the box around them all."""
-    check_columns(vertices, 3)
-    check_columns(faces, 3)
     total, sides = 0.0, np.zeros(3)
     lowest, highest = np.full(3, np.inf), np.full(3, -np.inf)
     for f in range(len(faces)):

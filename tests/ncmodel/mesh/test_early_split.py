@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from ncmodel.geometry.early_split import CROWDED, early_split
 from ncmodel.geometry.raycast import RayScene
+from ncmodel.mesh.early_split import CROWDED, early_split
 from ncmodel.types import Floats, Ints, Mesh
 from tests.helpers import analytic
 from tests.helpers.extreme_meshes import book
