@@ -44,7 +44,7 @@ def atomic(path: str | Path, private: bool = False) -> Iterator[Path]:
     target, mode = _destination(Path(path))
     into_pipe = mode is not None and stat.S_ISFIFO(mode)
     folder = Path(tempfile.gettempdir()) if into_pipe else target.parent
-    _remove_leftovers(os.path.abspath(folder))
+    remove_leftovers(os.path.abspath(folder))
     try:
         handle, aside = _locked_aside(folder, target.suffix)
     except OSError as error:
@@ -113,7 +113,7 @@ def _lock(handle: int, how: int = 0) -> bool:
 
 
 @cache
-def _remove_leftovers(folder: str) -> None:
+def remove_leftovers(folder: str) -> None:
     """Remove the files aside that no living process has locked; once a process, for folders may hold many files."""
     with suppress(OSError):
         names = [entry.path for entry in os.scandir(folder) if entry.name.startswith(_ASIDE)]

@@ -13,7 +13,6 @@ from dataset_tools.build.mesh_files import Source, content_checksum
 from dataset_tools.build.runners import Runner
 from dataset_tools.build.store import Status, Store, ViewStatus, writing_to
 from dataset_tools.build.tasks import CleanTask, ShapeTask, clean_shape, failed_files, make_views
-from dataset_tools.build.worker_process import Limits
 from dataset_tools.cleaning.near_duplicates import (
     Comparison,
     candidate_pairs,
@@ -25,6 +24,7 @@ from dataset_tools.cleaning.near_duplicates import (
 from ncmodel.config import read_config, write_config
 from ncmodel.errors import InputError
 from ncmodel.files import write_text
+from ncmodel.limits import Limits
 from ncmodel.progress import Progress, silent
 
 INDEX_SECONDS = 5.0

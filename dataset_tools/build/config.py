@@ -4,10 +4,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
 from fnmatch import fnmatch
 
-from dataset_tools.build.worker_process import Limits
 from dataset_tools.candidates.candidates import CandidateThresholds
 from dataset_tools.cleaning.repair import CleanSettings
 from ncmodel.camera import DEFAULT_SIZE
+from ncmodel.limits import Limits
 from ncmodel.readers.formats import Y_UP_SUFFIXES
 
 UPWARD = ("y", "z")

@@ -16,8 +16,9 @@ from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from typing import Any, Generic, Protocol, TypeVar
 
-from dataset_tools.build.worker_process import CallFailed, CallKilled, Limits, WorkerProcess
+from dataset_tools.build.worker_process import CallFailed, CallKilled, WorkerProcess
 from ncmodel.errors import ArgumentError
+from ncmodel.limits import Limits
 
 T = TypeVar("T")
 R = TypeVar("R")

@@ -13,12 +13,12 @@ import sys
 import tempfile
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from threading import Lock
 from typing import IO, Any, TypeVar
 
+from ncmodel.limits import Limits
 from ncmodel.processes import end_with_parent
 
 T = TypeVar("T")
@@ -27,28 +27,10 @@ R = TypeVar("R")
 START_SECONDS = 300.0
 """How long a new process may take to be ready; a busy file system with cold caches takes most of a minute."""
 
-_GIGABYTE = 1 << 30
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 _FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 """Signals that people and systems send, the kernel where memory is short among them; a crash sends others."""
-
-_OUT_OF_MEMORY = ("MemoryError", "bad_alloc", "allocate", "out of memory")
-"""What Python, C++, compilers and the system say."""
-
 _SERVE = "import sys; from dataset_tools.build.worker_process import serve; serve(int(sys.argv[1]), int(sys.argv[2]))"
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What one call may take.
-
-    Attributes:
-        seconds: On the clock.
-        memory_gb: Address space of its process.
-    """
-
-    seconds: float
-    memory_gb: float
 
 
 class CallFailed(Exception):
@@ -87,7 +69,7 @@ class WorkerProcess:
             raise self._failure(limits) from None
         if isinstance(value, MemoryError):
             self.close()  # what is left of it may be in the way of the next call
-            raise CallFailed(_too_large(limits))
+            raise CallFailed(limits.too_large)
         if not done:
             raise value
         result: R = value
@@ -137,19 +119,11 @@ class WorkerProcess:
         assert self._process is not None
         status = self._process.wait()
         self._complaints.seek(0)
-        last = (self._complaints.read().decode(errors="replace").strip().splitlines() or ["no message"])[-1]
+        complaints = self._complaints.read().decode(errors="replace")
         self.close()
-        if status == -signal.SIGXCPU:
-            return CallFailed(f"it took more than {limits.seconds:g} s")
-        if any(word in last for word in _OUT_OF_MEMORY):
-            return CallFailed(_too_large(limits))
-        how = f"signal {signal.Signals(-status).name}" if status < 0 else f"status {status}"
-        kind = CallKilled if -status in _FROM_OUTSIDE else CallFailed
-        return kind(f"its process died with {how} ({last})")
-
-
-def _too_large(limits: Limits) -> str:
-    return f"it needs more than {limits.memory_gb:g} GB of memory"
+        reason = limits.cause_of_death(status, complaints)
+        killed = -status in _FROM_OUTSIDE and reason != limits.too_large
+        return (CallKilled if killed else CallFailed)(reason)
 
 
 def serve(handle: int, parent: int) -> None:
@@ -188,17 +162,8 @@ def _use_one_thread() -> None:
 
 
 def _attempt(function: Callable[[T], R], argument: T, limits: Limits) -> tuple[bool, R | BaseException]:
-    _limit(limits)
+    limits.apply()
     try:
         return True, function(argument)
     except Exception as error:
         return False, error
-
-
-def _limit(limits: Limits) -> None:
-    memory, hard = int(limits.memory_gb * _GIGABYTE), resource.getrlimit(resource.RLIMIT_AS)[1]
-    resource.setrlimit(resource.RLIMIT_AS, (memory if hard < 0 else min(memory, hard), hard))
-    # Native code that hangs keeps this process from noticing that its parent is gone; the kernel's clock doesn't ask.
-    used, hard = resource.getrusage(resource.RUSAGE_SELF), resource.getrlimit(resource.RLIMIT_CPU)[1]
-    seconds = int(used.ru_utime + used.ru_stime + limits.seconds) + 2
-    resource.setrlimit(resource.RLIMIT_CPU, (seconds if hard < 0 else min(seconds, hard), hard))

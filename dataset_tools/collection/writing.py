@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from dataset_tools.build.runners import Runner
-from dataset_tools.build.worker_process import Limits
 from dataset_tools.collection.families import make_shape
 from ncmodel.errors import InputError
 from ncmodel.files import write_bytes
+from ncmodel.limits import Limits
 from ncmodel.progress import Advance
 from ncmodel.readers.ply import ply_bytes
 

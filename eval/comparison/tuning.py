@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dataset_tools.build.runners import Runner
-from dataset_tools.build.worker_process import Limits
 from eval.baselines import canny, grid
 from eval.comparison.views import open_as_drawn, target_of
 from eval.measures.evaluation import Settings
@@ -26,6 +25,7 @@ from ncmodel.data.item import Item
 from ncmodel.drawing.plan import Plan
 from ncmodel.errors import InputError
 from ncmodel.files import atomic, write_text
+from ncmodel.limits import Limits
 from ncmodel.progress import Progress, silent
 from ncmodel.types import LineFamily, Thresholds
 

@@ -11,7 +11,6 @@ import numpy as np
 from dataset_tools.artists.motif import Motif
 from dataset_tools.build.encoding import npz
 from dataset_tools.build.runners import Runner
-from dataset_tools.build.worker_process import Limits
 from dataset_tools.candidates.k_medoids import select
 from dataset_tools.candidates.viewpoints import camera_at, choose_azimuths
 from dataset_tools.collection.families import make_shape
@@ -23,6 +22,7 @@ from ncmodel.chamfer import chamfer_matrix
 from ncmodel.data.item import Item
 from ncmodel.drawing.settings import LayeredDrawings, Levels, draw_layers
 from ncmodel.files import write_bytes
+from ncmodel.limits import Limits
 from ncmodel.mesh.load import load_mesh, make_mesh
 from ncmodel.model.statistics import Statistics, statistics
 from ncmodel.progress import Progress, silent

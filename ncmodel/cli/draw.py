@@ -7,9 +7,11 @@ import typer
 
 from ncmodel.cli.draw_job import DrawJob, chooser
 from ncmodel.cli.draw_options import DrawOptions, takes
+from ncmodel.cli.limited import MemoryGb, Seconds, limited
 from ncmodel.errors import UsageError
 
 
+@limited
 @takes(DrawOptions)
 def draw(
     output: Annotated[
@@ -30,6 +32,8 @@ def draw(
         str | None,
         typer.Option("--format", help="svg, png, pdf, dxf or json: write to a folder, even one mesh (default svg)."),
     ] = None,
+    seconds: Seconds = None,
+    memory_gb: MemoryGb = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print what was computed as JSON.")] = False,
     *,
     options: DrawOptions,

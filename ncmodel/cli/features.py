@@ -24,8 +24,10 @@ from typing import Annotated
 import typer
 
 from ncmodel.cli.common import emit
+from ncmodel.cli.limited import MemoryGb, Seconds, limited
 
 
+@limited
 def features(
     mesh: Annotated[
         Path, typer.Argument(help="Mesh file: obj, ply, stl, off, gltf, glb, 3mf, dae, step, iges; points: xyz.")
@@ -33,6 +35,8 @@ def features(
     output: Annotated[Path, typer.Option("--output", "-o", help="The .npz file to write.")],
     camera: Annotated[Path, typer.Option(help="Camera file (JSON).")],
     up: Annotated[str, typer.Option(help="The file's upward axis, y or z.")] = "y",
+    seconds: Seconds = None,
+    memory_gb: MemoryGb = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print a JSON summary.")] = False,
 ) -> None:
     """Write curvature, per-view quantities and raw line segments of a mesh."""

@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 
 from ncmodel.geometry.normals_areas import Indices, check_columns, sides_of
 from ncmodel.jit import kernel
+from ncmodel.mesh.point_tree import BITS, spread
 from ncmodel.types import Floats, Ints
 
 LEAF = 8
 """Faces in a leaf."""
-BITS = 10
-"""Of each coordinate, for the order along the curve."""
 
 _Singles = NDArray[np.float32]
 
@@ -69,12 +68,7 @@ def _curve(vertices: Floats, faces: Indices, low: Floats, scale: float) -> Indic
         for axis in range(3):
             middle = (vertices[faces[f, 0], axis] + vertices[faces[f, 1], axis] + vertices[faces[f, 2], axis]) / 3.0
             cell = np.uint32((middle - low[axis]) * scale)
-            # Two zeros between the bits.
-            cell = (cell | cell << np.uint32(16)) & np.uint32(0x030000FF)
-            cell = (cell | cell << np.uint32(8)) & np.uint32(0x0300F00F)
-            cell = (cell | cell << np.uint32(4)) & np.uint32(0x030C30C3)
-            cell = (cell | cell << np.uint32(2)) & np.uint32(0x09249249)
-            key[f] |= cell << np.uint32(axis)
+            key[f] |= spread(cell) << np.uint32(axis)
     return key
 
 

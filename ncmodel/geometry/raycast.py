@@ -20,6 +20,7 @@ from ncmodel.camera import Camera, Rays
 from ncmodel.geometry.coincident_faces import distinct_faces
 from ncmodel.geometry.normals_areas import Indices
 from ncmodel.jit import kernel
+from ncmodel.mesh.early_split import Pieces, early_split
 from ncmodel.types import Floats, Ints, Mesh, ViewBuffers
 
 if TYPE_CHECKING:
@@ -63,8 +64,8 @@ def _embree_scene(vertices: NDArray[np.float32], faces: NDArray[np.uint32]) -> "
 class RayScene:
     """A mesh ready for rays. Faces are met from both sides, and shared edges let no ray through.
 
-    Of faces that lie on each other, corner on corner, the first one is met: with all in the scene, a ray would be held
-    against each of them.
+    Of faces that lie on each other, corner on corner, the first one is met, and large faces whose boxes lie in each
+    other are cut into pieces: else a ray would be held against each of them.
 
     Args:
         mesh: The mesh; a mesh without faces is met by no ray.
@@ -76,13 +77,20 @@ class RayScene:
         self.radius = 1.0
         self._scene: EmbreeScene | None = None
         self._cast_at: Ints | None = None  # the scene's faces; None for all
+        self._pieces: Pieces | None = None  # what these are cut into; None where they are whole
         if len(mesh.faces):
             used = mesh.used_vertices
             self.centre = (used.min(axis=0) + used.max(axis=0)) / 2
             self.radius = float(np.linalg.norm(used - self.centre, axis=1).max()) or 1.0
             self._cast_at = distinct_faces(self.vertices, self.faces)
             faces = self.faces if self._cast_at is None else self.faces[self._cast_at]
-            self._scene = _embree_scene(self._local(mesh.vertices), faces)
+            local = self._local(mesh.vertices)
+            self._pieces = early_split(local, faces)
+            if self._pieces is None:
+                self._scene = _embree_scene(local, faces)
+            else:
+                corners = self._pieces.corners.reshape(-1, 3)
+                self._scene = _embree_scene(corners, np.arange(len(corners), dtype=np.uint32).reshape(-1, 3))
 
     def hits(self, origins: Floats, directions: Floats) -> Hits:
         """Cast rays.
@@ -138,10 +146,13 @@ class RayScene:
         origins = np.ascontiguousarray(np.atleast_2d(origins))
         starts, unit = _approach(origins, np.ascontiguousarray(directions), self.centre, self.radius)
         found = self._scene.run(starts, unit, output=True)
-        face = found["primID"].astype(np.int64)
+        face, u, v = found["primID"].astype(np.int64), found["u"], found["v"]
+        if self._pieces is not None:
+            u, v = self._pieces.in_face(face, u, v)
+            face = np.where(face >= 0, self._pieces.face[face], -1)
         if self._cast_at is not None:
             face = np.where(face >= 0, self._cast_at[face], -1)
-        return face, *_locate(face, found["u"], found["v"], self.vertices, self.faces, origins)
+        return face, *_locate(face, u, v, self.vertices, self.faces, origins)
 
 
 @kernel

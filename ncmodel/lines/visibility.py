@@ -25,6 +25,8 @@ FLAT = (*MESH_EDGES, LineFamily.INTERSECTIONS)
 
 SAMPLE_PIXELS = 1.0
 """Distance of samples along the picture, unless told otherwise."""
+MOST_LENGTHS = 3000.0
+"""Samples of all lines, in samples a pixel along the picture's longer side: so many lines lie on each other anyway."""
 HALVINGS = 2
 """Halvings of the interval between two samples in which visibility changes."""
 FRAME_MARGIN = 8.0
@@ -133,6 +135,7 @@ def _sample(points: Floats, camera: Camera, spacing: float) -> _Samples:
     """Samples at even steps on the picture."""
     projected = camera.project(points)
     length = np.linalg.norm(projected[:, 1, :2] - projected[:, 0, :2], axis=1)
+    spacing = max(spacing, float(length.sum()) / (MOST_LENGTHS * max(camera.width, camera.height)))
     steps = np.ceil(length / spacing).astype(np.int64)
     # What is far below the spacing is decided as a whole, in its middle.
     count = np.where(length <= spacing / 2, 1, steps + 1)

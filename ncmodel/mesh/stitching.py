@@ -8,7 +8,7 @@ are split there.
 import numpy as np
 
 from ncmodel.jit import kernel
-from ncmodel.mesh.weld import MOST_CELLS, cell_number, placed
+from ncmodel.mesh.point_tree import PointTree, near_segment
 from ncmodel.types import Floats, Ints
 
 SHARE_OF_EDGE = 0.1
@@ -16,9 +16,6 @@ SHARE_OF_EDGE = 0.1
 
 MAX_PASSES = 8
 """A split can make another one possible; slivers side by side need several passes."""
-
-FEWEST_CELLS = 2.0
-"""Widths of a reach that a grid cell has at least."""
 
 
 def touching(vertices: Floats, faces: Ints, ends: Ints, face: Ints, reach: Floats, margin: Floats) -> Ints:
@@ -39,14 +36,7 @@ def touching(vertices: Floats, faces: Ints, ends: Ints, face: Ints, reach: Float
         return np.zeros((0, 2), dtype=np.int64)
     corners = np.unique(ends)
     points = vertices[corners]
-    low = points.min(axis=0)
-    length = np.linalg.norm(vertices[ends[:, 1]] - vertices[ends[:, 0]], axis=1)
-    widest = max(float(np.ptp(points, axis=0).max()) / MOST_CELLS, 1e-300)
-    cell = max(float(length.mean()), FEWEST_CELLS * float(reach.max()), widest)
-    scaled, key = placed(points, low, cell)
-    order = np.argsort(key, kind="stable")
-    places = np.searchsorted(corners, ends)
-    edge, vertex = _on_edges(scaled, places, reach / cell, margin / cell, order, key[order]).T
+    edge, vertex = _on_edges(points, np.searchsorted(corners, ends), reach, margin, PointTree.of(points)).T
     return _apart(faces, face, np.stack([edge, corners[vertex]], axis=1))
 
 
@@ -115,18 +105,18 @@ def _fans(vertices: Floats, faces: Ints, ends: Ints, chosen: Ints, touches: Ints
 
 
 @kernel
-def _on_edges(points: Floats, ends: Ints, reach: Floats, margin: Floats, order: Ints, keys: Ints) -> Ints:
+def _on_edges(points: Floats, ends: Ints, reach: Floats, margin: Floats, tree: PointTree) -> Ints:
     """(m, 2) rows (edge, point) of points strictly inside edges.
 
     Args:
-        points: (N, 3) in units of grid cells, none negative.
+        points: (N, 3).
         ends: (n, 2) indices of points.
-        reach: (n,) at most half a cell.
-        margin: (n,) in the same units.
-        order: (N,) the points by cell.
-        keys: (N,) their cells' numbers in that order.
+        reach: (n,) how far from each edge.
+        margin: (n,) how far from its ends, at least.
+        tree: Of the points.
     """
     found = []
+    near = np.empty(len(points), np.int64)
     for e in range(len(ends)):
         a = points[ends[e, 0]]
         axis = points[ends[e, 1]] - a
@@ -134,25 +124,14 @@ def _on_edges(points: Floats, ends: Ints, reach: Floats, margin: Floats, order: 
         if square == 0.0:
             continue
         length = np.sqrt(square)
-        # What lies beside a step of at most a cell's length is less than three quarters of a cell from its middle.
-        steps = int(length) + 1
-        for step in range(steps):
-            low = np.maximum(a + (step + 0.5) / steps * axis - 0.75, 0.0)
-            high = a + (step + 0.5) / steps * axis + 0.75
-            for column in range(int(low[0]), int(high[0]) + 1):
-                for row in range(int(low[1]), int(high[1]) + 1):
-                    n = np.searchsorted(keys, cell_number(column, row, int(low[2])))
-                    last = cell_number(column, row, int(high[2]))
-                    while n < len(keys) and keys[n] <= last:
-                        i = order[n]
-                        n += 1
-                        away = points[i] - a
-                        s = (away * axis).sum() / square
-                        if int(s * steps) != step or i == ends[e, 0] or i == ends[e, 1]:
-                            continue
-                        off = away - s * axis
-                        if (off * off).sum() <= reach[e] ** 2 and min(s, 1.0 - s) * length > margin[e]:
-                            found.append((e, i))
+        for i in near[: near_segment(tree, a, axis, reach[e], near)]:
+            if i == ends[e, 0] or i == ends[e, 1]:
+                continue
+            away = points[i] - a
+            s = (away * axis).sum() / square
+            off = away - s * axis
+            if (off * off).sum() <= reach[e] ** 2 and min(s, 1.0 - s) * length > margin[e]:
+                found.append((e, i))
     rows = np.empty((len(found), 2), np.int64)
     for m in range(len(found)):
         rows[m, 0], rows[m, 1] = found[m]

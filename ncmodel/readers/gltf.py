@@ -64,6 +64,8 @@ class _Scene:
         if unread:
             raise ValueError(f"written with {unread[0]}, which isn't read")
         self.buffers: dict[int, bytes] = {}
+        # Of primitives by their targets' weights: thousands of nodes may show the same mesh.
+        self.shared: dict[tuple[int, tuple[float, ...]], Geometry] = {}
 
     def content(self) -> Content:
         """All meshes of the scene, joined."""
@@ -115,9 +117,21 @@ class _Scene:
 
     def _part(self, primitive: Record, index: int, mesh: Record) -> Geometry:
         """The vertices and faces of one primitive of a mesh, where its node puts them."""
-        attributes, node, place = primitive["attributes"], self.root["nodes"][index], self.placed[index]
-        vertices = self._accessor(attributes["POSITION"]).astype(np.float64)
-        weights = node.get("weights", mesh.get("weights", []))
+        attributes, node = primitive["attributes"], self.root["nodes"][index]
+        weights = tuple(node.get("weights", mesh.get("weights", [])))
+        key = id(primitive), weights
+        if key not in self.shared:
+            self.shared[key] = self._geometry(primitive, weights)
+        vertices, faces = self.shared[key]
+        if "skin" in node and "JOINTS_0" in attributes:
+            places = self._skin(attributes, self.root["skins"][node["skin"]])
+            vertices = np.einsum("vij,vj->vi", places[:, :3, :3], vertices) + places[:, :3, 3]
+            return vertices, faces
+        return placed((vertices, faces), self.placed[index])
+
+    def _geometry(self, primitive: Record, weights: tuple[float, ...]) -> Geometry:
+        """The vertices and faces of a primitive, its targets weighted, before a node puts them anywhere."""
+        vertices = self._accessor(primitive["attributes"]["POSITION"]).astype(np.float64)
         for weight, target in zip(weights, primitive.get("targets", []), strict=False):
             if weight and "POSITION" in target:
                 vertices = vertices + weight * self._accessor(target["POSITION"])
@@ -127,12 +141,7 @@ class _Scene:
             corners = np.arange(len(vertices))
         if len(corners) and corners.max() >= len(vertices):
             raise ValueError(f"faces use vertices 0..{corners.max()}, the mesh has {len(vertices)}")
-        faces = _faces(corners, primitive.get("mode", _TRIANGLES))
-        if "skin" in node and "JOINTS_0" in attributes:
-            places = self._skin(attributes, self.root["skins"][node["skin"]])
-            vertices = np.einsum("vij,vj->vi", places[:, :3, :3], vertices) + places[:, :3, 3]
-            return vertices, faces
-        return placed((vertices, faces), place)
+        return vertices, _faces(corners, primitive.get("mode", _TRIANGLES))
 
     def _skin(self, attributes: Record, skin: Record) -> Floats:
         """(V, 4, 4) where a skin's joints put each vertex; its node's own place doesn't count."""

@@ -4,12 +4,15 @@ import numpy as np
 
 from ncmodel.jit import kernel
 from ncmodel.readers.content import NotAMeshError
+from ncmodel.readers.corner_tree import CornerTree, corner_tree, corners_within, take_away, turn_of
 from ncmodel.types import Floats, Ints
 
 _ANY, _SPIKE, _TOUCHED, _EAR = 0, 1, 2, 3
 """What may be cut off a polygon, from the last resort to what is cut as long as there is one."""
 _ROUNDING = 2.0**-51
 """Of coordinates up to 1: a point on a side of its polygon lies no farther aside than this."""
+_LOOKS, _LOOKS_A_CORNER = 1 << 26, 1 << 11
+"""At corners and boxes, for one polygon: more are needed only where hundreds of sides cross or lie on each other."""
 
 
 def triangulate(vertices: Floats, corners: Ints, sizes: Ints) -> Ints:
@@ -112,15 +115,19 @@ def _cut_ears(flat: Floats, ring: Ints) -> Ints:
     after, before = (np.arange(count) + 1) % count, (np.arange(count) - 1) % count
     faces = np.empty((count - 2, 3), dtype=np.int64)
     slack = _ROUNDING * max(np.ptp(flat[:, 0]), np.ptp(flat[:, 1]))
+    tree, looks = corner_tree(flat), np.zeros(1, np.int64)
     place, tried, cut, wanted, collapsed = 0, 0, 0, _EAR, False
     while cut < count - 2:
         if tried > count - cut:
             # Where nothing sticks out, as in polygons that touch or cross themselves, less will do.
             tried, wanted = 0, wanted - 1
-        if collapsed or _may_be_cut(flat, before, after, place, wanted, slack):
+        if looks[0] > _LOOKS + _LOOKS_A_CORNER * count:
+            wanted = _ANY
+        if collapsed or _may_be_cut(flat, before, after, place, wanted, slack, tree, looks):
             i, k = before[place], after[place]
             faces[cut, 0], faces[cut, 1], faces[cut, 2] = ring[i], ring[place], ring[k]
             cut += 1
+            take_away(tree, place)
             after[i], before[k] = k, i
             tried, wanted = 0, _EAR
             # What is left of a part that hangs together with the rest in one point has no area.
@@ -152,8 +159,10 @@ def _flattened(vertices: Floats, ring: Ints) -> Floats:
 
 
 @kernel
-def _may_be_cut(flat: Floats, before: Ints, after: Ints, place: int, wanted: int, slack: float) -> bool:
-    """Whether the corner at `place` is what is wanted.
+def _may_be_cut(
+    flat: Floats, before: Ints, after: Ints, place: int, wanted: int, slack: float, tree: CornerTree, looks: Ints
+) -> bool:
+    """Whether the corner at `place` is what is wanted; adds to the number of `looks` that it takes.
 
     An ear sticks out, and no other corner that is left lies in its triangle, but at one of its three corners, where a
     bridge to a hole begins or ends. A touched one may have others on its sides, where no edge leads inside. A spike has
@@ -161,20 +170,17 @@ def _may_be_cut(flat: Floats, before: Ints, after: Ints, place: int, wanted: int
     """
     i, k = before[place], after[place]
     a, b, c = flat[i], flat[place], flat[k]
-    turn = _turn(a, b, c)
+    turn = turn_of(a, b, c)
     if wanted in (_ANY, _SPIKE):
         return wanted == _ANY or abs(turn) <= slack
     if not turn > 0:
         return False
-    n = after[k] if wanted == _EAR else k
+    if wanted == _EAR:
+        return not corners_within(tree, flat, a, b, c, slack, looks)
+    n = k
     while n != i:
-        p, q = flat[n], flat[after[n]]
-        if wanted == _TOUCHED:
-            in_the_way = _leads_inside(a, b, c, p, q, slack)
-        else:
-            within = _turn(a, b, p) >= -slack and _turn(b, c, p) >= -slack and _turn(c, a, p) >= -slack
-            in_the_way = within and not (_same(p, a) or _same(p, b) or _same(p, c))
-        if in_the_way:
+        looks[0] += 1
+        if _leads_inside(a, b, c, flat[n], flat[after[n]], slack):
             return False
         n = after[n]
     return True
@@ -192,7 +198,7 @@ def _leads_inside(a: Floats, b: Floats, c: Floats, p: Floats, q: Floats, slack: 
     """Whether a part of the edge pq lies inside the triangle abc, not just on its sides."""
     first, last = 0.0, 1.0
     for u, v in ((a, b), (b, c), (c, a)):
-        begin, end = _turn(u, v, p), _turn(u, v, q)
+        begin, end = turn_of(u, v, p), turn_of(u, v, q)
         if begin <= slack and end <= slack:
             return False
         if begin < 0:
@@ -205,9 +211,3 @@ def _leads_inside(a: Floats, b: Floats, c: Floats, p: Floats, q: Floats, slack: 
 @kernel
 def _same(a: Floats, b: Floats) -> bool:
     return bool(a[0] == b[0] and a[1] == b[1])
-
-
-@kernel
-def _turn(a: Floats, b: Floats, c: Floats) -> float:
-    """Twice the signed area of triangle abc, positive when counter-clockwise."""
-    return float((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))

@@ -80,6 +80,15 @@ def spiky() -> tuple[Floats, Ints]:
     return np.concatenate([rim, [[0, 1, 0]]]), np.stack([n, np.full(3000, 3000), (n + 1) % 3000], axis=1)
 
 
+def book(pages: int) -> tuple[Floats, Ints]:
+    """Two faces for each page, all at one edge, opened to half a turn."""
+    angle, n = np.linspace(0, np.pi, pages), np.arange(pages)
+    outer = np.stack([np.cos(angle), 0 * angle, np.sin(angle)], axis=1)
+    below, above = n + 2, n + 2 + pages
+    faces = [np.stack([0 * n, below, above], axis=1), np.stack([0 * n, above, 0 * n + 1], axis=1)]
+    return np.concatenate([[[0, 0, 0], [0, 1, 0]], outer, outer + [0, 1, 0]]), np.concatenate(faces)
+
+
 MESHES: dict[str, Builder] = {
     "tiny": lambda: (analytic.torus(18, 10)[0] * 1e-12, analytic.torus(18, 10)[1]),
     "huge": lambda: (analytic.torus(18, 10)[0] * 1e12, analytic.torus(18, 10)[1]),

@@ -11,9 +11,9 @@ from dataset_tools.build import build as building
 from dataset_tools.build.build import Summary, folder_status
 from dataset_tools.build.runners import HereRunner, Outcome
 from dataset_tools.build.tasks import ShapeTask, clean_shape, make_views
-from dataset_tools.build.worker_process import Limits
 from ncmodel.cli.main import main
 from ncmodel.errors import InputError
+from ncmodel.limits import Limits
 from tests.helpers.builds import CONFIG, build, contents
 
 T = TypeVar("T")

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from dataset_tools.build.runners import DaskRunner, HereRunner, PoolRunner, Runner, runner_for
-from dataset_tools.build.worker_process import Limits
 from ncmodel.errors import ArgumentError, InputError
+from ncmodel.limits import Limits
 from tests.helpers.loopback import dask_cluster
 from tests.helpers.waiting import wait_until
 

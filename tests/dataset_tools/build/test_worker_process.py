@@ -10,9 +10,10 @@ import cv2
 import numpy as np
 import pytest
 
-from dataset_tools.build.worker_process import CallFailed, Limits, WorkerProcess
+from dataset_tools.build.worker_process import CallFailed, WorkerProcess
 from ncmodel.errors import InputError
 from ncmodel.geometry.raycast import RayScene
+from ncmodel.limits import Limits
 from ncmodel.types import Mesh
 from tests.helpers import analytic
 

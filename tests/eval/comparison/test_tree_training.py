@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 
 from dataset_tools.build.runners import HereRunner, Outcome
-from dataset_tools.build.worker_process import Limits
 from eval.baselines.decision_tree import Tree
 from eval.comparison.tree_training import train_tree
 from ncmodel.errors import ArgumentError, InputError
+from ncmodel.limits import Limits
 from tests.helpers.commands import complaint, printed
 from tests.helpers.training_data import add_meshes, make_data
 

@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 
 from dataset_tools.build.runners import HereRunner, Outcome
-from dataset_tools.build.worker_process import Limits
 from eval.baselines import canny, grid
 from eval.comparison.tuning import Tuned, tune
 from eval.comparison.views import open_as_drawn, target_of
@@ -17,6 +16,7 @@ from eval.measures.thinning import read_ink
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
 from ncmodel.errors import InputError
+from ncmodel.limits import Limits
 from tests.helpers import builds
 
 LEVELS = 3

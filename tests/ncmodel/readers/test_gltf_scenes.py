@@ -13,6 +13,7 @@ import pytest
 from dataset_tools.build.mesh_files import content_checksum
 from ncmodel.errors import MeshError
 from ncmodel.mesh.load import load_mesh, read_geometry
+from ncmodel.readers import gltf
 from tests.helpers.gltf_files import INDICES, POSITIONS, scene
 from tests.helpers.mesh_files import tetrahedron
 
@@ -155,3 +156,17 @@ def test_a_link_out_of_a_plain_folder_is_refused(tmp_path: Path) -> None:
     (tmp_path / "model" / "a.bin").symlink_to("../secret")
     with pytest.raises(MeshError, match="no file in the folder"):
         read_geometry(model)
+
+
+def test_a_mesh_of_many_nodes_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def changes(record: dict[str, Any]) -> None:
+        record["nodes"] = [{"mesh": 0, "translation": [n, 0, 0]} for n in range(50)]
+        record["scenes"][0]["nodes"] = list(range(50))
+
+    read: list[int] = []
+    once = gltf._Scene._accessor
+    monkeypatch.setattr(gltf._Scene, "_accessor", lambda self, index: (read.append(index), once(self, index))[1])
+    vertices, faces = read_geometry(written(tmp_path, scene(changes)))
+    assert read == [0, 1]
+    np.testing.assert_array_equal(vertices, np.concatenate([VERTICES + [n, 0, 0] for n in range(50)]))
+    np.testing.assert_array_equal(faces, np.concatenate([FACES + 4 * n for n in range(50)]))

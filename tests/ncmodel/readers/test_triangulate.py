@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from ncmodel.readers.corner_tree import corner_tree, corners_within, take_away, turn_of
 from ncmodel.readers.triangulate import triangulate
 
 
@@ -44,6 +45,36 @@ def test_a_polygon_of_thousands_of_corners(turned: bool) -> None:
     areas = np.cross(b - a, c - a)[:, 2] / 2 * (-1 if turned else 1)
     assert (areas >= 0).all()
     assert areas.sum() == pytest.approx(10_000 * 0.3 * np.sin(2 * np.pi / 10_000) / 2, rel=1e-9)
+
+
+def test_many_corners_are_looked_at_by_few_ears() -> None:
+    """A triangle is held against the corners around it: hardly more of 20,000 than of 2,000."""
+    looks = []
+    for count in (2_000, 20_000):
+        angle = np.linspace(0, 2 * np.pi, count, endpoint=False)
+        radius = np.where(np.arange(count) % 2, 1.0, 0.9)
+        star = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
+        tree, taken = corner_tree(star), np.zeros(1, np.int64)
+        for n in range(1, count - 1, count // 100):
+            assert corners_within(tree, star, *star[n - 1 : n + 2], 0.0, taken) == (n % 2 == 0)
+        looks.append(int(taken[0]))
+    assert looks[1] < 3 * looks[0]
+
+
+@pytest.mark.parametrize("slack", [0.0, 1e-3])
+def test_corners_in_a_triangle_are_those_of_a_search_through_all(slack: float) -> None:
+    rng = np.random.default_rng(0)
+    points = rng.uniform(size=(100, 2))
+    tree, taken = corner_tree(points), np.zeros(1, np.int64)
+    left = np.ones(100, dtype=bool)
+    for n in rng.permutation(100):
+        a, b, c = rng.uniform(size=(3, 2)) if n % 2 else rng.uniform(size=2) + rng.uniform(-0.1, 0.1, size=(3, 2))
+        if turn_of(a, b, c) < 0:
+            a, b = b, a
+        inside = [min(turn_of(a, b, p), turn_of(b, c, p), turn_of(c, a, p)) >= -slack for p in points[left]]
+        assert corners_within(tree, points, a, b, c, slack, taken) == any(inside)
+        take_away(tree, n)
+        left[n] = False
 
 
 def test_polygons_that_cross_themselves_are_cut_somehow() -> None:

@@ -1,0 +1,1 @@
+"""Readers given damaged files: each must read them or refuse them in one line."""
