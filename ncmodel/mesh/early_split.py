@@ -94,7 +94,7 @@ def _halved(pieces: Pieces, some: Ints) -> Pieces:
 
 def _volumes(corners: _Singles) -> NDArray[np.float64]:
     """(n,) volume of the box around each row of points (n, m, 3)."""
-    return np.ptp(corners, axis=1).astype(np.float64).prod(axis=1)
+    return np.asarray(np.ptp(corners, axis=1).astype(np.float64).prod(axis=1))
 
 
 @kernel
