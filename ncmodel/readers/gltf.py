@@ -16,7 +16,7 @@ from urllib.parse import unquote, unquote_to_bytes
 import numpy as np
 from numpy.typing import NDArray
 
-from ncmodel.readers.content import Content, Geometry, NotAMeshError, joined, placed
+from ncmodel.readers.content import METRE, Content, Geometry, NotAMeshError, joined, placed
 from ncmodel.types import Floats, Ints
 
 Record = dict[str, Any]
@@ -85,7 +85,7 @@ class _Scene:
         notes = [f"{len(hidden)} hidden nodes aren't drawn"] if hidden else []
         if len(located) < len(found):
             notes.append(f"{len(found) - len(located)} parts without positions are passed over")
-        return Content(*joined(shown), tuple(notes))
+        return Content(*joined(shown), tuple(notes), METRE)
 
     def _placements(self) -> tuple[dict[int, Floats], set[int]]:
         """The (4, 4) transform of each node of the scene, and the nodes that are hidden, as all below them are."""
