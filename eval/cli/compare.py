@@ -18,6 +18,7 @@ Models = Annotated[
     list[Path] | None,
     typer.Option("--model", help="Checkpoint, or default; several are told apart by name."),
 ]
+TreeFile = Annotated[Path | None, typer.Option("--tree", help="What `decision-tree` trained: a row more.")]
 Views = Annotated[
     str, typer.Option(help="Whose views: held-out (shapes that aren't trained on), validation, train or all.")
 ]
@@ -39,6 +40,7 @@ def compare(
     output: Output,
     references: References = "simulated",
     models: Models = None,
+    tree: TreeFile = None,
     views: Views = "held-out",
     shapes: Shapes = None,
     baseline: Baseline = "all-grid",
@@ -58,6 +60,7 @@ def compare(
 
     options = Options(
         models=models or (),
+        tree=tree,
         references=references,
         views=views,
         shapes=shapes.split(",") if shapes else (),

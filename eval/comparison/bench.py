@@ -7,6 +7,7 @@ from typing import Any
 
 from dataset_tools.build.runners import Runner
 from eval.baselines import grid
+from eval.baselines.decision_tree import Tree
 from eval.comparison.measuring import Bench, ViewTask, checksum, measure_view, models_of
 from eval.comparison.methods import labels, row_names
 from eval.comparison.report import Outcome
@@ -29,6 +30,7 @@ class Options:
 
     Attributes:
         models: Checkpoints, or "default" for the one that ships; none compares the classic methods alone.
+        tree: A decision tree that was trained; None compares without.
         references: "simulated", or a folder of people's drawings.
         views: Which shapes' views: "held-out", "validation", "train" or "all".
         shapes: Of these only those of some shapes; of all by default.
@@ -43,6 +45,7 @@ class Options:
     """
 
     models: Sequence[Path] = ()
+    tree: Path | None = None
     references: str = "simulated"
     views: str = "held-out"
     shapes: Sequence[str] = ()
@@ -85,14 +88,15 @@ def compare_methods(
         progress: Is told about every view.
 
     Raises:
-        InputError: Data, pairs, models or references can't be used, or no view could be measured.
+        InputError: Data, pairs, models, tree or references can't be used, or no view could be measured.
         UsageError: An option makes no sense.
     """
     data, read = DataFolder(data_dir), read_pairs(pairs)
     data.require(sorted({pair.item for pair in read}), pairs)
     checkpoints = [checkpoint_path(path) for path in options.models]
     models = dict(zip(labels(checkpoints), checkpoints, strict=True))
-    rows = row_names(models_of(tuple(models.items()), options.device))
+    tree = None if options.tree is None else Tree.load(options.tree)
+    rows = row_names(models_of(tuple(models.items()), options.device), tree is not None)
     if options.baseline not in rows:
         raise ArgumentError("baseline", repr(options.baseline), f"one of {', '.join(rows)}")
     references = references_of(options.references, data)
@@ -105,6 +109,7 @@ def compare_methods(
         out=Path(out),
         references=references,
         models=models,
+        tree=tree,
         preset=options.preset,
         device=options.device,
         tuned=tuned,

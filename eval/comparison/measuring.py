@@ -11,6 +11,7 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
+from eval.baselines.decision_tree import Tree
 from eval.comparison import candidates as oracle
 from eval.comparison.candidates import BEST_OF_8, BEST_OF_ALL, CHOSEN, FAVOURITE, Judged, rank_correlation
 from eval.comparison.methods import Drawn, classic_methods, learned_methods, row_name
@@ -18,6 +19,7 @@ from eval.comparison.opinions import WHOLE, Opinion, opinions, settings_of
 from eval.comparison.tuning import Tuned
 from eval.comparison.views import References, open_as_drawn, target_of
 from eval.measures.evaluation import Score, Settings
+from eval.measures.references import most_consistent
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
 from ncmodel.drawing.plan import Plan
@@ -27,7 +29,7 @@ from ncmodel.images import png_ink
 from ncmodel.model.maps import network_maps
 from ncmodel.model.predictor import Model, load_model
 
-VERSION = 1
+VERSION = 2
 """Of what a view's file holds. What was measured by other versions is measured again."""
 
 
@@ -40,6 +42,7 @@ class Bench:
         out: REPORT.
         references: What drawings are judged by.
         models: Label -> checkpoint.
+        tree: A trained decision tree, if there is one.
         preset: Of the models' search.
         device: Where the models compute; measures don't depend on it by more than rounding.
         tuned: The parameters of the tuned baselines.
@@ -51,6 +54,7 @@ class Bench:
     out: Path
     references: References
     models: Mapping[str, Path]
+    tree: Tree | None
     preset: str
     device: str
     tuned: Tuned
@@ -106,6 +110,8 @@ class ViewTask:
                 for path in (data.mesh_path(item.shape), data.camera_path(item), data.selection_path(item))
             ],
         }
+        if bench.tree is not None:
+            parts["tree"] = asdict(bench.tree)
         return ViewTask(bench, item, chosen, _hash(json.dumps(parts, sort_keys=True).encode()))
 
     def done(self) -> dict[str, Any] | None:
@@ -129,7 +135,8 @@ def _hash(content: bytes) -> str:
 def measure_view(task: ViewTask) -> dict[str, Any]:
     """Draw, measure, and write the view's files; returns its record.
 
-    The record holds `scores`, a row for each method and reference; `choices`, what models decided; `candidates`, F1 of
+    The record holds `scores`, a row for each method and reference; `consistent`, the reference nearest to the others;
+    `choices`, what models decided; `candidates`, F1 of
     the 256; and `rankers`, what models say of the eight and of the 256, by all they go by and by pictures alone.
     """
     bench, item = task.bench, task.item
@@ -146,7 +153,7 @@ def measure_view(task: ViewTask) -> dict[str, Any]:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_bytes(path, drawn.png)
 
-    for method in [*classic_methods(bench.tuned), *learned_methods(models, bench.preset)]:
+    for method in [*classic_methods(bench.tuned, bench.tree), *learned_methods(models, bench.preset)]:
         drawn = method.draw(view)
         keep(method.name, drawn)
         if drawn.plan is not None and drawn.plan.score is not None:
@@ -177,6 +184,7 @@ def measure_view(task: ViewTask) -> dict[str, Any]:
         "identity": task.identity,
         "shape": item.shape,
         "view": item.view,
+        "consistent": list(target.references)[most_consistent(list(target.references.values()))],
         "scores": [
             {"method": row, "reference": score.reference, **asdict(score.measures)}
             for row, found in scores.items()

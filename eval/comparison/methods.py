@@ -8,7 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
-from eval.baselines import canny, grid, rtsc
+from eval.baselines import canny, decision_tree, geometry_regressor, grid, rtsc
+from eval.baselines.decision_tree import Tree
 from eval.comparison.tuning import Tuned
 from ncmodel.drawing.draw import draw, draw_view
 from ncmodel.drawing.drawing import Drawing
@@ -18,7 +19,12 @@ from ncmodel.export.page import legible_width
 from ncmodel.export.png import png
 from ncmodel.images import png_ink
 from ncmodel.model.predictor import Model, Variant
+from ncmodel.nets.checkpoints import Checkpoint
+from ncmodel.nets.presets import CURVATURE_MAPS, MAPS, Preset
+from ncmodel.nets.regressor import GeometryRegressor
 from ncmodel.scene.view import View
+from ncmodel.training.adversarial import Pix2pixHDObjective
+from ncmodel.training.own import objective_name
 from ncmodel.types import Image
 
 PLAIN = "draw"
@@ -27,8 +33,24 @@ PLAIN = "draw"
 CLASSIC = (*rtsc.METHODS, *grid.METHODS, "Canny", PLAIN)
 """The rows that need no model, in the table's order."""
 
+TREE = "Decision Tree"
+"""The paper's name for the row of a trained decision tree."""
+
+REGRESSOR = "Geometry-Regressor"
+"""The appendix's name for the row of a network that predicts thresholds."""
+
 VARIANTS: Mapping[str, Variant] = {"NC-geometry": "geometry", "NC-image": "image", "NCs": "full"}
 """The paper's names -> the model's."""
+
+IMAGE, PIX2PIXHD = "NC-image", "pix2pixHD"
+IMAGE_INPUTS: Mapping[tuple[str, ...], str] = {
+    ("depth", "shaded_0"): "NC-image-noms",
+    (*MAPS, *CURVATURE_MAPS): "NC-image-curv",
+}
+"""What an image branch reads -> the paper's name for its row, where that isn't `IMAGE`."""
+
+LEARNED = (*VARIANTS, *IMAGE_INPUTS.values(), PIX2PIXHD)
+"""The rows of models, whatever these were trained to do."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +126,18 @@ class CannyEdges:
         return Drawn(ink, png_ink(ink))
 
 
+@dataclass(frozen=True)
+class DecisionTree:
+    """What a trained decision tree finds in the maps of the view."""
+
+    tree: Tree
+    name: str = TREE
+
+    def draw(self, view: View) -> Drawn:
+        """See `Method.draw`."""
+        return Drawn.of(decision_tree.draw(view, self.tree))
+
+
 @dataclass(frozen=True, eq=False)
 class Learned:
     """A trained model's choice."""
@@ -119,11 +153,25 @@ class Learned:
         return Drawn.of(drawing)
 
 
-def classic_methods(tuned: Tuned) -> list[Method]:
-    """The methods called `CLASSIC`."""
+@dataclass(frozen=True, eq=False)
+class Regressed:
+    """What a network that predicts thresholds draws."""
+
+    name: str
+    regressor: GeometryRegressor
+    preset: Preset
+
+    def draw(self, view: View) -> Drawn:
+        """See `Method.draw`."""
+        return Drawn.of(geometry_regressor.draw(view, self.regressor, self.preset))
+
+
+def classic_methods(tuned: Tuned, tree: Tree | None = None) -> list[Method]:
+    """The methods called `CLASSIC`, and a decision tree's if there is one."""
     defaults = [FixedPlan(name, plan) for name, plan in rtsc.METHODS.items()]
     grids = [FixedPlan(name, plan) for name, plan in tuned.plans.items()]
-    return [*defaults, *grids, CannyEdges(tuned.canny), PlainDraw()]
+    trees = [] if tree is None else [DecisionTree(tree)]
+    return [*defaults, *grids, CannyEdges(tuned.canny), PlainDraw(), *trees]
 
 
 def learned_methods(models: Mapping[str, Model], preset: str) -> list[Method]:
@@ -133,17 +181,30 @@ def learned_methods(models: Mapping[str, Model], preset: str) -> list[Method]:
         models: Label -> model.
         preset: Of the search for thresholds.
     """
-    return [
-        Learned(row_name(row, label), model, variant, preset)
-        for label, model in models.items()
-        for row, variant in VARIANTS.items()
-        if variant in model.variants
-    ]
+    found: list[Method] = []
+    for label, model in models.items():
+        checkpoint = model.checkpoint
+        if checkpoint.regressor is not None:
+            found.append(Regressed(row_name(REGRESSOR, label), checkpoint.regressor, checkpoint.preset))
+        found += [
+            Learned(row_name(image_row(checkpoint) if row == IMAGE else row, label), model, variant, preset)
+            for row, variant in VARIANTS.items()
+            if variant in model.variants
+        ]
+    return found
 
 
-def row_names(models: Mapping[str, Model]) -> list[str]:
+def image_row(checkpoint: Checkpoint) -> str:
+    """The paper's name for the row of an image branch, by how it was trained and by what it reads."""
+    trained = checkpoint.training.get("stages", {}).get("translator", {})
+    if trained.get("objective") == objective_name(Pix2pixHDObjective):
+        return PIX2PIXHD
+    return IMAGE_INPUTS.get(checkpoint.preset.translation.inputs, IMAGE)
+
+
+def row_names(models: Mapping[str, Model], with_tree: bool = False) -> list[str]:
     """The names of all rows that are methods."""
-    return [*CLASSIC, *(method.name for method in learned_methods(models, "draft"))]
+    return [*CLASSIC, *([TREE] if with_tree else []), *(method.name for method in learned_methods(models, "draft"))]
 
 
 def row_name(row: str, label: str) -> str:

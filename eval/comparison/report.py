@@ -11,6 +11,7 @@ import pandas as pd
 from eval.comparison import tables
 from eval.comparison.candidates import BEST_OF_ALL, CHOSEN
 from eval.comparison.measuring import Bench
+from eval.comparison.paper_tables import NOTE, TABLES, PaperTable, consistent, paper_frame, paper_latex, paper_table
 from eval.comparison.rankers import RankerReport, judge_rankers
 from eval.measures.comparison import Comparison, comparison_table, comparison_text
 from ncmodel.data.item import Item
@@ -61,6 +62,13 @@ class Outcome:
     def comparison(self) -> Comparison:
         """The methods beside each other."""
         return tables.comparison_of(self.scores, self.bench.settings, self.seed)
+
+    @cached_property
+    def paper_frames(self) -> list[tuple[PaperTable, pd.DataFrame]]:
+        """The paper's tables with our means, of those that we have a row for."""
+        nearest = tables.comparison_of(consistent(self.scores, self.records), self.bench.settings, self.seed)
+        frames = [(t, paper_frame(nearest if t.most_consistent else self.comparison, t)) for t in TABLES]
+        return [(table, frame) for table, frame in frames if frame["f1"].notna().any()]
 
     @cached_property
     def differences(self) -> pd.DataFrame:
@@ -130,10 +138,13 @@ class Outcome:
             "differences": self.differences,
             "views": tables.views_frame(self.scores).reset_index(),
             **{f"failures {row}": frame for row, frame in self.failures.items()},
+            **{f"paper {table.name}": frame for table, frame in self.paper_frames},
         }
         (out / "tables").mkdir(parents=True, exist_ok=True)
         for name, frame in frames.items():
             write_text(out / "tables" / f"{name.replace(' ', '-')}.csv", frame.to_csv(index=False, lineterminator="\n"))
+        for table, frame in self.paper_frames:
+            write_text(out / "tables" / f"paper-{table.name}.tex", paper_latex(frame, table))
         write_text(out / "tables" / "methods.tex", tables.to_latex(self.comparison, self._lead()))
         write_text(out / "compare.json", json.dumps(record, indent=1, allow_nan=False) + "\n")
         write_report(out / "report.html", "Line drawings compared", self._sections(), self._lead())
@@ -148,7 +159,7 @@ class Outcome:
         )
 
     def _sections(self) -> list[Section]:
-        sections = [Section("Methods", self._methods())]
+        sections = [Section("Methods", self._methods()), Section("The paper's tables", self._paper())]
         if self.rankers:
             sections.append(Section("Ranking modules", self._ranking()))
         sections += [Section(f"Where {row} fails", self._failing(row)) for row in self.learned]
@@ -180,6 +191,9 @@ class Outcome:
                 title = f"The same on the {len(set(_names(chosen)))} views whose voters agreed on a drawing"
                 blocks.append(Fold(title, [comparison_table(comparison, _CAPTION)]))
         return blocks
+
+    def _paper(self) -> list[Block]:
+        return [Text(NOTE, "note"), *(paper_table(frame, table) for table, frame in self.paper_frames)]
 
     def _ranking(self) -> list[Block]:
         blocks: list[Block] = []

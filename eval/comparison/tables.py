@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from eval.comparison.candidates import BEST_OF_8, BEST_OF_ALL, CHOSEN, FAVOURITE
-from eval.comparison.methods import VARIANTS
+from eval.comparison.methods import LEARNED
 from eval.measures.bootstrap import percentile_interval
 from eval.measures.comparison import Comparison
 from eval.measures.evaluation import Evaluation, Score, Settings
@@ -76,7 +76,7 @@ def agreed(scores: pd.DataFrame) -> pd.DataFrame:
 
 def learned_rows(methods: Sequence[str]) -> list[str]:
     """The rows of models among all rows."""
-    return [row for row in methods if row.partition("@")[0] in VARIANTS]
+    return [row for row in methods if row.partition("@")[0] in LEARNED]
 
 
 def is_oracle(row: str) -> bool:

@@ -5,6 +5,7 @@ import math
 import os
 import sys
 import time
+import unicodedata
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -267,15 +268,18 @@ def _tell_notes(records: Sequence[dict[str, Any]]) -> None:
 
 
 def _names(meshes: Sequence[Path]) -> list[str]:
-    """A file name for each mesh: its own, with a number where that is taken."""
+    """A file name for each mesh: its own, with a number where that is taken.
+
+    Some file systems don't tell capital letters from small ones, or an accented letter from its two parts.
+    """
     names: list[str] = []
     taken = {Path(CONTACT_SHEET).stem}
     for mesh in meshes:
         name, number = mesh.stem, 1
-        while name in taken:
+        while (key := unicodedata.normalize("NFC", name).casefold()) in taken:
             number += 1
             name = f"{mesh.stem}-{number}"
-        taken.add(name)
+        taken.add(key)
         names.append(name)
     return names
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 Data = Annotated[Path, typer.Argument(help="Data folder, as `ncontours dataset build` writes it.")]
 Pairs = Annotated[Path, typer.Argument(help="Ranking pairs, as `ncontours crowd aggregate` writes them.")]
 Output = Annotated[Path, typer.Option("--output", "-o", help="Checkpoint to write; an interrupted training goes on.")]
-Stage = Annotated[str, typer.Option(help="ranker, translator, finetune, or all three.")]
+Stage = Annotated[str, typer.Option(help="ranker, translator, finetune, all three, or regressor (a baseline).")]
 PresetName = Annotated[str, typer.Option("--preset", help="Size of the networks: tiny, small or paper.")]
 SettingsFile = Annotated[
     Path | None, typer.Option("--settings", help="TOML file with rates, batches, passes and variation of your own.")
@@ -47,7 +47,8 @@ BatchNormBy = Annotated[
 ]
 SaveEvery = Annotated[float, typer.Option(help="Seconds after which a state is written within a pass.")]
 ObjectiveOf = Annotated[
-    str | None, typer.Option("--objective", help="A loss of your own: an entry point's name, or MODULE:CLASS.")
+    str | None,
+    typer.Option("--objective", help="pix2pixhd, or your own loss: an entry point's name, or MODULE:CLASS."),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print what was done as JSON.")]
 
@@ -108,8 +109,8 @@ def _preset(
     name: str, published: bool, settings: Path | None, image_maps: str | None, percentile: str | None
 ) -> "Preset":
     """The preset of that name, with other settings, inputs or units if some are given."""
+    from ncmodel.nets.preset_settings import as_published, with_settings
     from ncmodel.nets.presets import preset_named
-    from ncmodel.training.settings import as_published, with_settings
 
     preset = as_published(preset_named(name)) if published else preset_named(name)
     preset = preset if settings is None else with_settings(preset, settings)

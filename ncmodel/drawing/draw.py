@@ -19,6 +19,7 @@ from ncmodel.drawing.strokes import strokes
 from ncmodel.drawing.thresholding import fade, survivors
 from ncmodel.errors import ArgumentError, UsageError
 from ncmodel.export.page import page_scale
+from ncmodel.lines.ridges import resolved_in_view
 from ncmodel.lines.visibility import MESH_EDGES
 from ncmodel.scene.creases import split_at_creases
 from ncmodel.scene.prepared import hints, surface_of
@@ -29,6 +30,7 @@ from ncmodel.types import (
     EVERYTHING,
     FILTERED_FAMILIES,
     LineFamily,
+    LineSet,
     Mesh,
     Segments,
     Stroke,
@@ -171,7 +173,8 @@ def draw_view(view: View, plan: Plan, fineness: Fineness = BALANCED) -> Drawing:
     for family in plan.drawn:
         threshold = plan.thresholds.of(family)
         assert threshold is not None, "families that are left out aren't drawn"
-        drawn += strokes_of(view, visible_segments(view, family, threshold, fineness.sample_pixels), fineness)
+        segments = visible_segments(view, family, threshold, fineness.sample_pixels, plan.finished)
+        drawn += strokes_of(view, segments, fineness)
     drawn += plan.strokes
     if plan.rims and LineFamily.BOUNDARIES not in plan.drawn:
         drawn += _rims(view, fineness)
@@ -185,7 +188,11 @@ def draw_view(view: View, plan: Plan, fineness: Fineness = BALANCED) -> Drawing:
 
 
 def visible_segments(
-    view: View, family: LineFamily, threshold: Threshold = EVERYTHING, sample_pixels: float = 1.0
+    view: View,
+    family: LineFamily,
+    threshold: Threshold = EVERYTHING,
+    sample_pixels: float = 1.0,
+    finished: bool = False,
 ) -> Segments:
     """The visible segments of a family that its threshold leaves, with their opacity.
 
@@ -194,23 +201,33 @@ def visible_segments(
         family: The family.
         threshold: Its threshold.
         sample_pixels: Distance along the picture of the points at which visibility is decided.
+        finished: Whether apparent ridges are left out where the faces are too large to tell them.
     """
     if family not in FILTERED_FAMILIES:
         return fade(view.visible(family, sample_pixels), threshold)
-    lines = view.candidates(family)
-    # Weak lines are the most numerous; what the threshold takes away needs no rays.
-    strong = lines.take(survivors(lines, threshold))
-    return fade(view.unhidden(strong, sample_pixels), threshold)
+    return fade(view.unhidden(_strong(view, family, threshold, finished), sample_pixels), threshold)
 
 
 def hidden_segments(
-    view: View, family: LineFamily, threshold: Threshold = EVERYTHING, sample_pixels: float = 1.0
+    view: View,
+    family: LineFamily,
+    threshold: Threshold = EVERYTHING,
+    sample_pixels: float = 1.0,
+    finished: bool = False,
 ) -> Segments:
     """What the surface hides of the segments of a family that its threshold leaves; arguments as `visible_segments`."""
     if family not in FILTERED_FAMILIES:
         return fade(view.hidden(family, sample_pixels), threshold)
+    return fade(view.behind(_strong(view, family, threshold, finished), sample_pixels), threshold)
+
+
+def _strong(view: View, family: LineFamily, threshold: Threshold, finished: bool) -> LineSet:
+    """The lines, seen or hidden, that a threshold leaves: the weak ones are the most numerous, and need no rays."""
     lines = view.candidates(family)
-    return fade(view.behind(lines.take(survivors(lines, threshold)), sample_pixels), threshold)
+    lines = lines.take(survivors(lines, threshold))
+    if finished and family is LineFamily.APPARENT:
+        return resolved_in_view(lines, view.surface.faces, view.n_dot_v)
+    return lines
 
 
 def strokes_of(view: View, segments: Segments, fineness: Fineness = BALANCED) -> tuple[Stroke, ...]:
@@ -237,7 +254,8 @@ def _hidden_strokes(view: View, plan: Plan, drawn: tuple[Stroke, ...], fineness:
     for family in plan.drawn:
         threshold = plan.thresholds.of(family)
         assert threshold is not None, "families that are left out aren't drawn"
-        found += strokes_of(view, hidden_segments(view, family, threshold, fineness.sample_pixels), fineness)
+        segments = hidden_segments(view, family, threshold, fineness.sample_pixels, plan.finished)
+        found += strokes_of(view, segments, fineness)
     return finish_hidden(found, drawn, view)
 
 

@@ -97,6 +97,9 @@ class Model:
         Raises:
             UsageError: The model lacks a network that it needs.
         """
+        if not self.variants:
+            holds = ", ".join(self.checkpoint.networks) or "no network"
+            raise UsageError(f"this model holds {holds}; expected a ranker or a translator, by which to draw")
         variant = variant or self.variants[0]
         if variant not in self.variants:
             raise ArgumentError("variant", repr(variant), f"one of {', '.join(self.variants)}, which this model offers")

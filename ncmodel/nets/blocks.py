@@ -3,7 +3,7 @@
 Letters in shapes: B batch, C channels, H rows, W columns.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 import torch
@@ -128,6 +128,22 @@ class ResidualBlock(nn.Module):
         return total if self.style == "pix2pixhd" else torch.relu(total)
 
 
+def residual_stages(width: int, blocks: Sequence[int]) -> nn.ModuleList:
+    """The stages of a ResNet: the first of `width` channels, each later one of twice as many at half the resolution.
+
+    Args:
+        width: Channels that come in, and of the first stage.
+        blocks: How many residual blocks each stage has.
+    """
+    stages, inputs = [], width
+    for index, count in enumerate(blocks):
+        outputs = width * 2**index
+        first = ResidualBlock(inputs, outputs, stride=1 if index == 0 else 2)
+        stages.append(nn.Sequential(first, *(ResidualBlock(outputs, outputs) for _ in range(count - 1))))
+        inputs = outputs
+    return nn.ModuleList(stages)
+
+
 def initialise(network: nn.Module, generator: torch.Generator) -> None:
     """Draw all weights anew: He et al. 2015 for convolutions, the usual ones for the rest.
 
@@ -144,7 +160,8 @@ def initialise(network: nn.Module, generator: torch.Generator) -> None:
             nn.init.zeros_(module.bias)
         elif isinstance(module, nn.Linear):
             nn.init.normal_(module.weight, std=module.in_features**-0.5, generator=generator)
-            nn.init.zeros_(module.bias)
+            if module.bias is not None:
+                nn.init.zeros_(module.bias)
     for block in network.modules():
         if isinstance(block, ResidualBlock):
             norm = block.second[1]

@@ -20,6 +20,7 @@ from ncmodel.errors import InputError
 from ncmodel.files import atomic
 from ncmodel.nets.presets import Preset, StatisticsDims
 from ncmodel.nets.ranking import RankingModule
+from ncmodel.nets.regressor import GeometryRegressor
 from ncmodel.nets.statistics_ranker import StatisticsRanker
 from ncmodel.nets.translation import TranslationBranch
 from ncmodel.parsing import parse_json
@@ -27,7 +28,7 @@ from ncmodel.parsing import parse_json
 FORMAT_VERSION = 1
 MODEL_KIND = "neural-contours model"
 _HEADER_KEY = "neural-contours"
-NETWORKS = ("ranker", "translator", "statistics")
+NETWORKS = ("ranker", "translator", "statistics", "regressor")
 """What a checkpoint may hold."""
 
 Tensors = dict[str, Tensor]
@@ -42,6 +43,7 @@ class Checkpoint:
         ranker: The neural ranking module, if it has been trained.
         translator: The image translation branch, if it has been trained.
         statistics: The ranker on plain numbers, if it has been trained.
+        regressor: The network of the appendix that predicts thresholds, if it has been trained.
         training: What the training recorded: seed, pairs, and per stage its epochs and validation measures.
     """
 
@@ -49,6 +51,7 @@ class Checkpoint:
     ranker: RankingModule | None = None
     translator: TranslationBranch | None = None
     statistics: StatisticsRanker | None = None
+    regressor: GeometryRegressor | None = None
     training: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -64,6 +67,8 @@ def build_network(name: str, preset: Preset) -> nn.Module:
         return StatisticsRanker(preset.statistics or StatisticsDims())
     if name == "ranker":
         return RankingModule(preset.ranking, preset.inputs)
+    if name == "regressor":
+        return GeometryRegressor(preset)
     return TranslationBranch(preset.translation, preset.inputs)
 
 
@@ -99,7 +104,7 @@ def load_checkpoint(path: str | Path, device: torch.device | str = "cpu") -> Che
     loaded: dict[str, Any] = {name: _assemble(path, name, preset, tensors) for name in names}
     if tensors:
         raise InputError(path, f"tensor {min(tensors)!r} is of no network", expected)
-    return Checkpoint(preset, loaded.get("ranker"), loaded.get("translator"), loaded.get("statistics"), training)
+    return Checkpoint(preset, **loaded, training=training)
 
 
 def _assemble(path: str | Path, name: str, preset: Preset, tensors: Tensors) -> nn.Module:

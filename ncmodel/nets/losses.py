@@ -7,6 +7,9 @@ from torch.nn import functional
 MARGIN = 1.0
 """m of the ranking loss."""
 
+CERTAINTY = 0.99
+"""Of a drawing's full ink, when it is taken for a probability."""
+
 
 def ranking_loss(better: Tensor, worse: Tensor, margin: float = MARGIN) -> Tensor:
     """Hinge ranking loss L_R: the mean over pairs of max(m - f(better) + f(worse), 0).
@@ -49,3 +52,17 @@ def cross_entropy(logits: Tensor, target: Tensor, emphasis: Tensor | None = None
     # Half as many bits would round the loss; twice as many stay.
     exact = logits.to(torch.promote_types(logits.dtype, torch.float32))
     return functional.binary_cross_entropy_with_logits(exact, target, weight)
+
+
+def ink_cross_entropy(ink: Tensor, target: Tensor) -> Tensor:
+    """Cross-entropy L_ce between a drawing's ink, taken for a probability, and another's: the mean over pixels.
+
+    Ink is often 0 or 1 exactly, where the cross-entropy is infinite. So 0 and 1 are taken for 1 - `CERTAINTY` and
+    `CERTAINTY`, and what is between in proportion: unlike a clamp, that leaves no pixel without a gradient.
+
+    Args:
+        ink: (P,) in [0, 1].
+        target: (P,) in [0, 1].
+    """
+    probability = (1 - CERTAINTY) + (2 * CERTAINTY - 1) * ink
+    return functional.binary_cross_entropy(probability, target)

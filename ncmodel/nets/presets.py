@@ -213,8 +213,8 @@ class Preset:
         return ("ranker", "translator", "finetune", *(["statistics"] if self.statistics else []))
 
     def rates(self, stage: str) -> Rates:
-        """How a stage runs."""
-        rates: Rates = self.counting if stage == "statistics" else getattr(self, stage)
+        """How a stage runs. The paper has no rates of the regressor's: it learns from drawings, as the translator."""
+        rates: Rates = getattr(self, {"statistics": "counting", "regressor": "translator"}.get(stage, stage))
         return rates
 
     @classmethod

@@ -3,7 +3,7 @@
 import torch
 from torch import Tensor, nn
 
-from ncmodel.nets.blocks import Pick, ResidualBlock, Standardise
+from ncmodel.nets.blocks import Pick, Standardise, residual_stages
 from ncmodel.nets.devices import full_numbers
 from ncmodel.nets.presets import BACKGROUND, RankingDims
 
@@ -32,14 +32,8 @@ class RankingModule(nn.Module):
         self.stem = nn.Conv2d(1 + len(dims.inputs), dims.width, 7, stride=2, padding=3, bias=False)
         self.stem_norm = nn.BatchNorm2d(dims.width)
         self.pool = nn.MaxPool2d(3, stride=2, padding=1)
-        stages, inputs = [], dims.width
-        for index, count in enumerate(dims.blocks):
-            outputs = dims.width * 2**index
-            first = ResidualBlock(inputs, outputs, stride=1 if index == 0 else 2)
-            stages.append(nn.Sequential(first, *(ResidualBlock(outputs, outputs) for _ in range(count - 1))))
-            inputs = outputs
-        self.stages = nn.ModuleList(stages)
-        self.head = nn.Linear(inputs, 1)
+        self.stages = residual_stages(dims.width, dims.blocks)
+        self.head = nn.Linear(dims.width * 2 ** (len(dims.blocks) - 1), 1)
 
     def embed(self, maps: Tensor) -> Tensor:
         """The stem's share that comes from the maps: (B, K, H, W) -> (B, width, H/2, W/2)."""

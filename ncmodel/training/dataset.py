@@ -71,6 +71,7 @@ class ViewImages:
     Attributes:
         data: The data folder.
         sizes: Sides of the squares, pixels. A file is decoded once for all of them.
+        cache_bytes: Memory that may be spent on views that have been read already.
         inputs: Names of the maps. Curvature maps have no files: they are computed from the mesh.
         percentile: What curvature maps are measured in.
     """
@@ -86,12 +87,12 @@ class ViewImages:
         self.data, self.sizes = data, tuple(sorted(set(sizes)))
         self.inputs, self.percentile = tuple(inputs), percentile
         self._cache: OrderedDict[Path, dict[int, bytes]] = OrderedDict()
-        self._bytes = self._free = cache_bytes
+        self.cache_bytes = self._free = cache_bytes
         self._opened: tuple[Item, View] | None = None
 
     def for_one_of(self, workers: int) -> "ViewImages":
         """The same for one of several processes that share the memory, with nothing read yet."""
-        return ViewImages(self.data, self.sizes, self._bytes // workers, self.inputs, self.percentile)
+        return ViewImages(self.data, self.sizes, self.cache_bytes // workers, self.inputs, self.percentile)
 
     def maps(self, item: Item, size: int) -> Image:
         """(K, size, size) the maps of `inputs`, in 0..1."""

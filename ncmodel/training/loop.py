@@ -27,7 +27,8 @@ from ncmodel.training.objectives import Objective
 from ncmodel.training.processes import ALONE, Team
 from ncmodel.training.state import Learner, Progressed, load_state, save_state
 
-STAGES = ("ranker", "translator", "finetune", "statistics")
+STAGES = ("ranker", "translator", "finetune", "statistics", "regressor")
+"""Their order tells their random numbers apart."""
 
 SAVE_EVERY = 300.0
 """Seconds after which a state is written within a pass."""

@@ -20,6 +20,7 @@ class TrainOptions:
 
     Attributes:
         stages: Some of "ranker", "translator", "finetune", "statistics", in this order; what the preset has by default.
+            Or "regressor", the appendix's other way to find thresholds.
         epochs: Passes over the data in each stage, those of earlier runs included; the preset's numbers by default.
         seconds: Stop early after this long; the stages get shares of it. How far a machine gets in a time varies, so
             only training without it is reproducible.

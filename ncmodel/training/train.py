@@ -24,27 +24,32 @@ from ncmodel.data.pairs import Pair
 from ncmodel.errors import ArgumentError, InputError, UsageError
 from ncmodel.files import write_text
 from ncmodel.nets.blocks import WIDE, initialise, threads_for
-from ncmodel.nets.checkpoints import Checkpoint, load_checkpoint, save_checkpoint
+from ncmodel.nets.checkpoints import NETWORKS, Checkpoint, load_checkpoint, save_checkpoint
 from ncmodel.nets.presets import Preset
 from ncmodel.nets.ranking import RankingModule
+from ncmodel.nets.regressor import GeometryRegressor
 from ncmodel.nets.statistics_ranker import StatisticsRanker
 from ncmodel.nets.translation import TranslationBranch
 from ncmodel.parsing import parse_json
 from ncmodel.progress import Progress, silent
-from ncmodel.training.curves import Curves
+from ncmodel.report.training_curves import Curves
 from ncmodel.training.dataset import ViewImages, read_training_pairs, validation_notes
 from ncmodel.training.loop import STAGES, Means, Plan, fit
 from ncmodel.training.objectives import Objective
 from ncmodel.training.options import TrainOptions as TrainOptions  # callers find it beside `run_training`
-from ncmodel.training.own import OBJECTIVES, objective_named
+from ncmodel.training.own import OBJECTIVES, objective_name, objective_named
 from ncmodel.training.processes import Team, team_of
+from ncmodel.training.regression import LineImages, RegressorObjective
 from ncmodel.training.state import Measures, Progressed
 from ncmodel.training.statistics import DrawingNumbers, StatisticsObjective, learn_habit, learn_mix
 
 N = TypeVar("N", bound=nn.Module)
 
-TIME_SHARES = {"ranker": 0.5, "translator": 0.33, "finetune": 0.12, "statistics": 0.05}
+TIME_SHARES = {"ranker": 0.5, "translator": 0.33, "finetune": 0.12, "statistics": 0.05, "regressor": 1.0}
 """How a budget of seconds is split among the stages that run."""
+
+BASELINES = ("regressor",)
+"""Stages that no preset has, since they are no part of the model: they run when asked for, alone."""
 
 
 @dataclass(frozen=True)
@@ -123,10 +128,9 @@ def run_training(
         raise InputError(out, "its folder doesn't exist", "a file in an existing folder")
     sizes = preset.translation.size, preset.ranking.size
     images = ViewImages(folder, sizes, inputs=preset.inputs, percentile=preset.percentile)
-    if options.stages is not None and not set(options.stages) <= set(preset.stages):
-        raise ArgumentError(
-            "stages", repr(",".join(options.stages)), f"what {preset.name!r} has: {', '.join(preset.stages)}"
-        )
+    known = (*preset.stages, *BASELINES)
+    if options.stages is not None and not set(options.stages) <= set(known):
+        raise ArgumentError("stages", repr(",".join(options.stages)), f"what {preset.name!r} has: {', '.join(known)}")
     with team_of(torch.device(options.own_device)) as team:
         run = _Run(Path(out), preset, options, images, read, team)
         for name in run.stages:
@@ -249,7 +253,7 @@ class _Run:
             "pictures": self._pictures,
         }
         if self.own and self.own.name == stage:
-            settings["objective"] = f"{self.own.__module__}:{self.own.__qualname__}"
+            settings["objective"] = objective_name(self.own)
         rates = self.preset.rates(stage)
         seconds = self.options.seconds
         if seconds is not None:
@@ -265,6 +269,9 @@ class _Run:
             assert self.preset.statistics is not None, "else it isn't among the preset's stages"
             counting = self._new(StatisticsRanker(self.preset.statistics), stage, "cpu")
             return StatisticsObjective(self.preset, counting, DrawingNumbers(self.images.data), self.pairs, progress)
+        if stage == "regressor":
+            regressor = self._new(GeometryRegressor(self.preset), stage)
+            return RegressorObjective(self.preset, regressor, LineImages(self.images), self.pairs)
         objective: Callable[..., Objective] = OBJECTIVES[stage]
         if self.own and self.own.name == stage:
             objective = self.own
@@ -298,9 +305,11 @@ class _Run:
     def _keep(self, objective: Objective, done: Progressed) -> None:
         """Put a stage's networks into the checkpoint. What was trained on earlier ones is void."""
         for name, network in objective.networks.items():
-            setattr(self.checkpoint, name, network)
-        for later in STAGES[max(STAGES.index(objective.name) + 1, STAGES.index("finetune")) :]:
-            self._forget(later)
+            if name in NETWORKS:  # discriminators are of use to training alone
+                setattr(self.checkpoint, name, network)
+        for later in ("finetune", "statistics"):
+            if STAGES.index(objective.name) < STAGES.index(later):
+                self._forget(later)
         self.records[objective.name] = {
             "epochs": len(done.history),
             "best_epoch": done.best_epoch,
@@ -310,6 +319,8 @@ class _Run:
             "pairs": self.counts,
             "validation": done.validation,
         }
+        if self.own and self.own.name == objective.name:
+            self.records[objective.name]["objective"] = objective_name(self.own)
         self.history[objective.name] = done.history
         if not self.team.leads:
             return

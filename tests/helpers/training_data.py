@@ -11,7 +11,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from ncmodel.data.data_folder import DataFolder
+from ncmodel.data.item import Item
 from ncmodel.types import Floats, Image
+from tests.helpers.mesh_files import as_ply
+from tests.helpers.views import bumpy
 
 SIDE = 96
 STROKES = (0, 1, 2, 4, 6, 9, 13, 18)
@@ -31,6 +35,14 @@ def make_data(root: Path, shapes: int, views: int = 2, held_out: int = 0, seed: 
     path = root / "pairs.jsonl"
     path.write_text("\n".join(lines) + "\n")
     return path
+
+
+def add_meshes(root: Path) -> None:
+    """A mesh for every shape of a made-up data folder, for what needs one; the views' pictures don't show it."""
+    data = DataFolder(root)
+    for number, shape in enumerate(sorted({Item.named(path.name).shape for path in data.views_folder.iterdir()})):
+        data.shape_folder(shape).mkdir(parents=True)
+        data.mesh_path(shape).write_bytes(as_ply(*bumpy(frequency=9.0 + number)))
 
 
 def write_view(folder: Path, rng: np.random.Generator, side: int = SIDE) -> int:

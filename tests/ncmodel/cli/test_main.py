@@ -160,6 +160,7 @@ BAD = {
     "import-weights: missing file": ("import-weights --ranker gone.pth -o x.safetensors", "gone.pth"),
     "export-onnx: missing model": ("export-onnx gone.safetensors -o networks", "gone.safetensors"),
     "compare: wrong pairs": ("compare folder pairs.jsonl --model gone.safetensors -o report", "pairs.jsonl|folder"),
+    "decision-tree: wrong pairs": ("decision-tree folder pairs.jsonl -o tree.json", "pairs.jsonl|folder"),
     "evaluate: missing folder": ("evaluate --drawings absent --references folder -o report", "absent"),
     "evaluate: empty folder": ("evaluate --drawings folder --references folder -o report", "folder"),
     "fit-camera: missing drawing": ("fit-camera triangle.obj absent.png -o camera.json", "absent.png"),

@@ -56,7 +56,7 @@ def test_workers_share_the_memory(data: Path) -> None:
     images.maps(Item("s000", "0"), 32)
     one = images.for_one_of(3)
     assert not one._cache
-    assert one._bytes == 300
+    assert one.cache_bytes == 300
     assert settings_of(one) == settings_of(images)
 
 

@@ -12,8 +12,8 @@ from ncmodel.data.item import Item
 from ncmodel.data.pairs import Pair
 from ncmodel.nets.checkpoints import load_checkpoint
 from ncmodel.nets.presets import PRESETS
+from ncmodel.report.training_curves import RELOAD, Curves
 from ncmodel.training import own
-from ncmodel.training.curves import RELOAD, Curves
 from ncmodel.training.dataset import ENOUGH_VIEWS, validation_notes
 from ncmodel.training.own import objective_named
 from tests.helpers.commands import complaint
@@ -74,7 +74,7 @@ def test_an_installed_package_s_loss_is_known_by_its_name(module: str, monkeypat
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("hinge", "--objective: found 'hinge', expected MODULE:CLASS, or the name of an entry point in"),
+        ("hinge", "--objective: found 'hinge', expected pix2pixhd, MODULE:CLASS, or the name of an entry point in"),
         ("nowhere:Loss", "--objective: found 'nowhere:Loss' (ModuleNotFoundError: No module named 'nowhere')"),
         ("my_losses:None", "--objective: found 'my_losses:None' (AttributeError: "),
         (
@@ -104,7 +104,7 @@ def test_curves_open_while_training_runs_and_stay_when_it_has_ended(data: Path, 
 
 def test_a_page_of_a_running_training_loads_itself_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     now = [0.0]
-    monkeypatch.setattr("ncmodel.training.curves.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("ncmodel.report.training_curves.time.monotonic", lambda: now[0])
     curves, path = Curves(tmp_path / "m.curves.html"), tmp_path / "m.curves.html"
     records = [{"epoch": 1, "loss": 0.5}]
     curves.show({"translator": records})

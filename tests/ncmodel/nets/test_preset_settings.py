@@ -8,8 +8,8 @@ import pytest
 
 from ncmodel.cli.main import main
 from ncmodel.nets.checkpoints import load_checkpoint
+from ncmodel.nets.preset_settings import as_published, with_settings
 from ncmodel.nets.presets import PRESETS, Rates, Variation
-from ncmodel.training.settings import as_published, with_settings
 from tests.helpers.commands import complaint
 from tests.helpers.micro_training import MICRO
 
