@@ -1,7 +1,7 @@
 /* One question at a time, keys, progress, and answers that survive a reload. Without scripts the page is one long form. */
 (() => {
   "use strict";
-  const LOADING = "Please wait: the pictures are still loading.";
+  const LOADING = "Please wait: pictures are still loading.";
   const MISSING = "Some pictures didn’t come: see below.";
   const root = document.getElementById("nc");
   const form = root.closest("form");
@@ -14,7 +14,7 @@
   /* Who comes next at this computer finds no answers of who was here before: the name is that of one participant's page. */
   const secret = document.querySelector("input[name=nc_secret]");
   const store = ["nc", root.dataset.questionnaire, secret ? secret.value : location.pathname + location.search].join("-");
-  let spent = {}, missed = {}, at = 0, since = Date.now(), digits = true;
+  let spent = {}, missed = {}, at = 0, since = Date.now(), digits = true, held = false;
   /* Pictures that are there, that are being fetched, and that failed when last fetched. */
   const good = new Set(), busy = new Set(), broken = new Set();
 
@@ -80,7 +80,7 @@
     if (name && !blind(pages[at])) spent[name] = (spent[name] || 0) + Math.max(0, Date.now() - since) / 1000;
     since = Date.now();
     const rounded = {};
-    for (const key in spent) rounded[key] = Math.round(spent[key] * 10) / 10;
+    for (const key in spent) rounded[key] = +spent[key].toFixed(1);
     seconds.value = JSON.stringify(rounded);
     lost.value = Object.keys(missed).length ? JSON.stringify(missed) : "";
   }
@@ -118,6 +118,7 @@
     tick();
     at = Math.min(Math.max(where, 0), pages.length - 1);
     const page = pages[at];
+    held = false;
     pages.forEach(one => one.classList.toggle("on", one === page));
     tell();
     ahead(true);
@@ -125,7 +126,7 @@
     wait(1).then(() => page === pages[at] && blind(page) && tell(LOADING));
     remember();
     if (focus) {
-      window.scrollTo(0, 0);
+      scrollTo(0, 0);
       const head = page.querySelector("legend, h1, h2");
       head.tabIndex = -1;
       head.focus({ preventScroll: true });
@@ -154,10 +155,10 @@
   back.addEventListener("click", () => show(at - 1, true));
   next.addEventListener("click", () => show(at + 1, true));
   root.addEventListener("click", event => { if (event.target.closest(".miss button")) { tell(LOADING); ahead(true); } });
-  window.addEventListener("online", () => ahead(true));
+  addEventListener("online", () => { ahead(true); if (held) form.requestSubmit(); });
   size.addEventListener("click", () => size.setAttribute("aria-pressed", String(root.classList.toggle("large"))));
-  document.addEventListener("visibilitychange", () => { if (document.hidden) remember(); else since = Date.now(); });
-  window.addEventListener("pagehide", remember);
+  addEventListener("visibilitychange", () => { if (document.hidden) remember(); else since = Date.now(); });
+  addEventListener("pagehide", remember);
 
   /* Whoever speaks to the computer, or hits keys by chance, can do without the digits. */
   function setDigits(on) {
@@ -168,7 +169,7 @@
   keys.addEventListener("click", () => setDigits(!digits));
 
   /* Arrows are left to the browser: they move the choice within the question, as in any group of radio buttons. */
-  document.addEventListener("keydown", event => {
+  addEventListener("keydown", event => {
     if (event.ctrlKey || event.metaKey || event.altKey || /^(TEXTAREA|SELECT)$/.test(event.target.tagName)) return;
     const page = pages[at];
     if (!field(page)) return;
@@ -192,7 +193,8 @@
         tell("This question still needs an answer (" + open.length + " open).");
       } else if (!secret && !navigator.onLine) {
         event.preventDefault();
-        tell("No connection. Your answers are kept here: please send them later.");
+        held = true;
+        tell("No connection. Answers are kept, and sent later.");
       }
     });
   }

@@ -11,7 +11,7 @@ import numpy as np
 from dataset_tools.build.config import BuildConfig
 from dataset_tools.build.mesh_files import Source, content_checksum
 from dataset_tools.build.runners import Runner
-from dataset_tools.build.store import Store, ViewStatus, writing_to
+from dataset_tools.build.store import Status, Store, ViewStatus, writing_to
 from dataset_tools.build.tasks import CleanTask, ShapeTask, clean_shape, failed_files, make_views
 from dataset_tools.build.worker_process import Limits
 from dataset_tools.cleaning.near_duplicates import (
@@ -30,6 +30,9 @@ from ncmodel.progress import Progress, silent
 INDEX_SECONDS = 5.0
 """How often `index.csv` is brought up to date during a build."""
 
+_NOT_THERE: tuple[Status, ...] = ("pending", "damaged")
+"""Views that every build makes."""
+
 
 @dataclass(frozen=True)
 class Summary:
@@ -39,11 +42,13 @@ class Summary:
         rows: The state of every view.
         made: Views made by this run.
         seconds: Duration of this run.
+        missing: Views of this run's shapes that it could neither make nor tell a fault of: the next one tries again.
     """
 
     rows: Sequence[ViewStatus]
     made: int
     seconds: float
+    missing: int = 0
 
     def count(self, status: str) -> int:
         """Views in this state."""
@@ -72,7 +77,7 @@ def build_dataset(
         retry: Try again what failed before.
 
     Raises:
-        InputError: The folder was built with other settings, can't be written, or is in use.
+        InputError: The folder was built with other settings, can't be written, is in use, or was removed meanwhile.
     """
     begin = time.monotonic()
     store = Store(data_dir)
@@ -86,7 +91,9 @@ def build_dataset(
         _drop_outdated(store, list(board.rows.values()))
         made = _make_views(store, sources, config, runner, progress, retry, board)
         board.refresh()
-        return Summary(list(board.rows.values()), made, time.monotonic() - begin)
+        shapes = {source.name for source in sources}
+        missing = sum(row.shape in shapes and row.status in _NOT_THERE for row in board.rows.values())
+        return Summary(list(board.rows.values()), made, time.monotonic() - begin, missing)
 
 
 def folder_status(data_dir: str | Path, verify: bool = False) -> list[ViewStatus]:
@@ -191,7 +198,9 @@ def _clean_shapes(
     with progress("clean", len(tasks)) as advance:
         for outcome in runner.run(clean_shape, tasks, config.limits.clean):
             task = outcome.task
-            if outcome.result is None:
+            if outcome.killed:
+                store.record_problem(store.shape_folder(task.name), "pending", outcome.reason, task.sha256)
+            elif outcome.result is None:
                 store.write_folder(store.shape_folder(task.name), failed_files(task, outcome.reason), task.sha256)
             advance(task.name)
 
@@ -240,7 +249,7 @@ def _make_views(
     retry: bool,
     board: _Board,
 ) -> int:
-    again = ("pending", "damaged", "failed") if retry else ("pending", "damaged")
+    again = (*_NOT_THERE, "failed") if retry else _NOT_THERE
     tasks = []
     for source in sources:
         if (store.shape_record(source.name) or {}).get("status") != "done":
@@ -275,7 +284,7 @@ def _view_outcomes(runner: Runner, tasks: Sequence[ShapeTask]) -> Iterator[ViewS
             elif len(task.views) > 1:
                 again += [replace(task, views=(view,)) for view in task.views]
             else:
-                yield ViewStatus(task.name, task.views[0], "failed", outcome.reason)
+                yield ViewStatus(task.name, task.views[0], "pending" if outcome.killed else "failed", outcome.reason)
     if again:
         yield from _view_outcomes(runner, again)
 

@@ -1,20 +1,22 @@
 """Running one function on many tasks: in this process, in processes of this machine, or on a Dask cluster.
 
 All three yield results as they come, in any order. The last two run every task in a process of its own, under limits:
-one that goes over them, or kills its process, fails with a reason, the others go on.
+one that goes over them, or kills its process, fails with a reason, the others go on. One whose process somebody else
+killed has not failed, and is worth another try.
 """
 
+import logging
 import os
 import socket
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import CancelledError, ThreadPoolExecutor, as_completed
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 from typing import Any, Generic, Protocol, TypeVar
 
-from dataset_tools.build.worker_process import CallFailed, Limits, WorkerProcess
+from dataset_tools.build.worker_process import CallFailed, CallKilled, Limits, WorkerProcess
 from ncmodel.errors import ArgumentError
 
 T = TypeVar("T")
@@ -29,11 +31,13 @@ class Outcome(Generic[T, R]):
         task: The task.
         result: What the function returned; None when it was lost.
         reason: Why there is no result.
+        killed: There is none because somebody else ended the process.
     """
 
     task: T
     result: R | None
     reason: str = ""
+    killed: bool = False
 
 
 class Runner(Protocol):
@@ -114,6 +118,9 @@ class DaskRunner:
     def __init__(self, address: str, patience: float = 10.0) -> None:
         import distributed
 
+        self._address = address
+        # A scheduler that is lost is an error of ours; its traceback beside that helps nobody.
+        logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
         try:
             _await_listener(address, patience)
             self.client = distributed.Client(address, timeout=patience, set_as_default=False)
@@ -122,20 +129,29 @@ class DaskRunner:
             raise ArgumentError("scheduler", found, "tcp://HOST:PORT of one that runs") from error
 
     def run(self, function: Callable[[T], R], tasks: Sequence[T], limits: Limits) -> Iterator[Outcome[T, R]]:
-        """See `Runner.run`."""
-        import distributed
+        """See `Runner.run`.
 
-        futures: dict[Any, T] = {
-            self.client.submit(_run_in_worker, function, task, limits, pure=False): task for task in tasks
-        }
+        Raises:
+            UsageError: The scheduler is gone.
+        """
+        import distributed
+        from distributed.comm.core import CommClosedError
+
+        futures: dict[Any, T] = {}
         try:
+            for task in tasks:
+                futures[self.client.submit(_run_in_worker, function, task, limits, pure=False)] = task
             for future in distributed.as_completed(list(futures), loop=self.client.loop):
                 task = futures.pop(future)
                 try:
                     yield future.result()
                 except distributed.KilledWorker as error:
-                    yield Outcome(task, None, f"its worker died ({error})")
+                    yield Outcome(task, None, f"its worker died ({error})", killed=True)
                 future.release()
+        except (CancelledError, CommClosedError) as error:  # nobody else takes back what was asked for
+            futures.clear()
+            expected = "one that stays; the same command goes on where this one stopped"
+            raise ArgumentError("scheduler", f"{self._address}, which is gone ({error})", expected) from error
         finally:
             self.client.cancel(list(futures))
 
@@ -205,7 +221,7 @@ def _outcome(process: WorkerProcess, function: Callable[[T], R], task: T, limits
     try:
         return Outcome(task, process.call(function, task, limits))
     except CallFailed as error:
-        return Outcome(task, None, str(error))
+        return Outcome(task, None, str(error), isinstance(error, CallKilled))
 
 
 def core_count() -> int:

@@ -72,10 +72,10 @@ class Store(DataFolder):
             sweep: Remove what a build that was killed left aside.
 
         Raises:
-            InputError: The folder can't be written, or another build is at work in it.
+            InputError: The folder can't be written, another build is at work in it, or it was removed meanwhile.
         """
         with writing_to(self.root):
-            for folder in (self.shapes_folder, self.views_folder, self.root / _ASIDE):
+            for folder in (self.shapes_folder, self.views_folder, self._problems, self.root / _ASIDE):
                 folder.mkdir(parents=True, exist_ok=True)
             handle = open(self.root / _LOCK, "a+", encoding="utf-8")  # noqa: SIM115 - closed below
         with handle:
@@ -92,6 +92,10 @@ class Store(DataFolder):
                 with writing_to(self.root):
                     self._sweep()
             yield
+            with suppress(FileNotFoundError):
+                if os.path.samestat(os.fstat(handle.fileno()), os.stat(self.root / _LOCK)):
+                    return
+            raise _removed(self.root)
 
     def write_folder(self, target: Path, files: Mapping[str, bytes], origin: str) -> None:
         """Write a folder of files and its manifest so that it appears whole, in place of what was there.
@@ -105,7 +109,7 @@ class Store(DataFolder):
             InputError: The disk is full, or the folder can't be written.
         """
         with writing_to(self.root):
-            (self.root / _ASIDE).mkdir(parents=True, exist_ok=True)
+            (self.root / _ASIDE).mkdir(exist_ok=True)
             aside = Path(tempfile.mkdtemp(dir=self.root / _ASIDE))
             try:
                 for name, data in {**files, MANIFEST: _json_bytes(manifest_of(files, origin))}.items():
@@ -122,13 +126,13 @@ class Store(DataFolder):
 
         Args:
             folder: As `shape_folder` or `view_folder` give it.
-            status: "failed" or "damaged".
+            status: "failed", "damaged", or "pending" where another try may do.
             reason: One line.
             origin: As for `write_folder`; a problem with something else than what is there now counts no more.
         """
         path = self._problem_path(folder)
         with writing_to(self.root):
-            path.parent.mkdir(parents=True, exist_ok=True)
+            path.parent.mkdir(exist_ok=True)
             write_text(path, json.dumps({"status": status, "reason": reason, "from": origin}) + "\n")
 
     def remove_folder(self, folder: Path) -> None:
@@ -185,7 +189,8 @@ class Store(DataFolder):
     def _shape_status(self, shape: str, duplicates: Mapping[str, str], verify: bool) -> tuple[Status, str]:
         folder = self.shape_folder(shape)
         if not folder.is_dir():
-            return "pending", "not cleaned yet"
+            problem = read_json(self._problem_path(folder))
+            return "pending", str(problem["reason"]) if problem else "not cleaned yet"
         found = self._damage(folder, verify)
         record = read_json(folder / "clean.json")
         if found or record is None:
@@ -209,8 +214,12 @@ class Store(DataFolder):
         problem = read_json(self._problem_path(folder))
         return damage(folder, verify) or (str(problem["reason"]) if problem else "")
 
+    @property
+    def _problems(self) -> Path:
+        return self.root / "problems"
+
     def _problem_path(self, folder: Path) -> Path:
-        return self.root / "problems" / folder.parent.name / f"{folder.name}.json"
+        return self._problems / folder.parent.name / f"{folder.name}.json"
 
     def write_index(self, rows: Sequence[ViewStatus]) -> None:
         """Write `index.csv`."""
@@ -254,7 +263,7 @@ class Store(DataFolder):
 
 @contextmanager
 def writing_to(root: Path) -> Iterator[None]:
-    """Turn the errors of a disk that is full or can't be written into one clear line."""
+    """Turn the errors of a disk that is full, can't be written or is gone into one clear line."""
     try:
         yield
     except OSError as error:
@@ -262,7 +271,13 @@ def writing_to(root: Path) -> Iterator[None]:
             raise InputError(root, "the disk is full", "room for the data; what is done is kept") from error
         if error.errno in _FORBIDDEN or isinstance(error, NotADirectoryError | FileExistsError):
             raise InputError(root, f"can't be written ({error.strerror})", "a folder to write to") from error
+        if isinstance(error, FileNotFoundError) and not root.exists():
+            raise _removed(root) from error
         raise
+
+
+def _removed(root: Path) -> InputError:
+    return InputError(root, "removed while it was being built", "a folder that stays; the next build begins anew")
 
 
 def _replace(aside: Path, target: Path) -> None:

@@ -29,6 +29,9 @@ START_SECONDS = 300.0
 
 _GIGABYTE = 1 << 30
 _ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+_FROM_OUTSIDE = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+"""Signals that people and systems send, the kernel where memory is short among them; a crash sends others."""
+
 _OUT_OF_MEMORY = ("MemoryError", "bad_alloc", "allocate", "out of memory")
 """What Python, C++, compilers and the system say."""
 
@@ -52,6 +55,10 @@ class CallFailed(Exception):
     """A call came to nothing; the text is the reason."""
 
 
+class CallKilled(CallFailed):
+    """Somebody else ended the process, which says nothing against the call."""
+
+
 class WorkerProcess:
     """A process that works off calls."""
 
@@ -66,7 +73,7 @@ class WorkerProcess:
         """What `function(argument)` returns or raises; both must be picklable, the function by its name.
 
         Raises:
-            CallFailed: It took more than the limits, or its process died.
+            CallFailed: It took more than the limits, or its process died; `CallKilled` if somebody else ended that.
         """
         self._start()
         try:
@@ -77,7 +84,7 @@ class WorkerProcess:
             self.close()
             raise CallFailed(f"it took more than {error} s") from None
         except (EOFError, OSError):
-            raise CallFailed(self._why(limits)) from None
+            raise self._failure(limits) from None
         if isinstance(value, MemoryError):
             self.close()  # what is left of it may be in the way of the next call
             raise CallFailed(_too_large(limits))
@@ -126,18 +133,19 @@ class WorkerProcess:
             raise TimeoutError(f"{seconds:g}")
         return self._connection.recv()
 
-    def _why(self, limits: Limits) -> str:
+    def _failure(self, limits: Limits) -> CallFailed:
         assert self._process is not None
         status = self._process.wait()
         self._complaints.seek(0)
         last = (self._complaints.read().decode(errors="replace").strip().splitlines() or ["no message"])[-1]
         self.close()
         if status == -signal.SIGXCPU:
-            return f"it took more than {limits.seconds:g} s"
+            return CallFailed(f"it took more than {limits.seconds:g} s")
         if any(word in last for word in _OUT_OF_MEMORY):
-            return _too_large(limits)
+            return CallFailed(_too_large(limits))
         how = f"signal {signal.Signals(-status).name}" if status < 0 else f"status {status}"
-        return f"its process died with {how} ({last})"
+        kind = CallKilled if -status in _FROM_OUTSIDE else CallFailed
+        return kind(f"its process died with {how} ({last})")
 
 
 def _too_large(limits: Limits) -> str:

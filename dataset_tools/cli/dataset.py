@@ -49,9 +49,11 @@ def build(
     with runner_for(core_count() if workers is None else workers, scheduler) as runner:
         summary = build_dataset(sources, data_dir, settings, runner, progress, retry)
     emit(summary_record(summary), as_json, summary_text(summary))
-    failed = summary.count("failed")
-    if failed:
-        raise BatchError(f"{failed} views failed, reasons in {DataFolder(data_dir).index_path}")
+    failed, missing = summary.count("failed"), summary.missing
+    if failed or missing:
+        left = f"{missing} views are still to be made" if missing else ""
+        told = "; ".join(filter(None, (f"{failed} views failed" if failed else "", left)))
+        raise BatchError(f"{told}, reasons in {DataFolder(data_dir).index_path}")
 
 
 @group.command()

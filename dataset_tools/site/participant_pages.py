@@ -248,7 +248,7 @@ class Site:
 
     async def static(self, request: Request) -> Response:
         """A style sheet or script of the site's own."""
-        kinds = {"site.css": "text/css", "site.js": "text/javascript"}
+        kinds = {"site.css": "text/css", "site.js": "text/javascript", "site_begin.js": "text/javascript"}
         name = request.path_params["name"]
         if name not in kinds:
             return PlainTextResponse("no such file", 404, headers=headers())

@@ -173,7 +173,7 @@ def draw_view(view: View, plan: Plan, fineness: Fineness = BALANCED) -> Drawing:
     for family in plan.drawn:
         threshold = plan.thresholds.of(family)
         assert threshold is not None, "families that are left out aren't drawn"
-        segments = visible_segments(view, family, threshold, fineness.sample_pixels, plan.finished)
+        segments = visible_segments(view, family, threshold, fineness.sample_pixels, plan.crumb > 0.0)
         drawn += strokes_of(view, segments, fineness)
     drawn += plan.strokes
     if plan.rims and LineFamily.BOUNDARIES not in plan.drawn:
@@ -192,7 +192,7 @@ def visible_segments(
     family: LineFamily,
     threshold: Threshold = EVERYTHING,
     sample_pixels: float = 1.0,
-    finished: bool = False,
+    resolved: bool = False,
 ) -> Segments:
     """The visible segments of a family that its threshold leaves, with their opacity.
 
@@ -201,11 +201,11 @@ def visible_segments(
         family: The family.
         threshold: Its threshold.
         sample_pixels: Distance along the picture of the points at which visibility is decided.
-        finished: Whether apparent ridges are left out where the faces are too large to tell them.
+        resolved: Whether apparent ridges are left out where the faces are too large to tell them.
     """
     if family not in FILTERED_FAMILIES:
         return fade(view.visible(family, sample_pixels), threshold)
-    return fade(view.unhidden(_strong(view, family, threshold, finished), sample_pixels), threshold)
+    return fade(view.unhidden(_strong(view, family, threshold, resolved), sample_pixels), threshold)
 
 
 def hidden_segments(
@@ -213,19 +213,19 @@ def hidden_segments(
     family: LineFamily,
     threshold: Threshold = EVERYTHING,
     sample_pixels: float = 1.0,
-    finished: bool = False,
+    resolved: bool = False,
 ) -> Segments:
     """What the surface hides of the segments of a family that its threshold leaves; arguments as `visible_segments`."""
     if family not in FILTERED_FAMILIES:
         return fade(view.hidden(family, sample_pixels), threshold)
-    return fade(view.behind(_strong(view, family, threshold, finished), sample_pixels), threshold)
+    return fade(view.behind(_strong(view, family, threshold, resolved), sample_pixels), threshold)
 
 
-def _strong(view: View, family: LineFamily, threshold: Threshold, finished: bool) -> LineSet:
+def _strong(view: View, family: LineFamily, threshold: Threshold, resolved: bool) -> LineSet:
     """The lines, seen or hidden, that a threshold leaves: the weak ones are the most numerous, and need no rays."""
     lines = view.candidates(family)
     lines = lines.take(survivors(lines, threshold))
-    if finished and family is LineFamily.APPARENT:
+    if resolved and family is LineFamily.APPARENT:
         return resolved_in_view(lines, view.surface.faces, view.n_dot_v)
     return lines
 
@@ -254,7 +254,7 @@ def _hidden_strokes(view: View, plan: Plan, drawn: tuple[Stroke, ...], fineness:
     for family in plan.drawn:
         threshold = plan.thresholds.of(family)
         assert threshold is not None, "families that are left out aren't drawn"
-        segments = hidden_segments(view, family, threshold, fineness.sample_pixels, plan.finished)
+        segments = hidden_segments(view, family, threshold, fineness.sample_pixels, plan.crumb > 0.0)
         found += strokes_of(view, segments, fineness)
     return finish_hidden(found, drawn, view)
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ncmodel.drawing.crumbs import without_crumbs
 from ncmodel.drawing.importance import on_outline
-from ncmodel.drawing.joining import join
+from ncmodel.drawing.joining import join, meet
 from ncmodel.drawing.overlapping_strokes import drop_accompanying, drop_beside
 from ncmodel.drawing.packed import Packed
 from ncmodel.drawing.zigzags import straightened
@@ -46,7 +46,7 @@ def finish(strokes: Sequence[Stroke], view: View, crumb: float = 0.0) -> tuple[S
 
     with timed(view.trace, "finish"):
         once = drop_accompanying(straightened(strokes, scale), ASIDE * scale, outline)
-        joined = join(once, GAP * scale, view)
+        joined = meet(join(once, GAP * scale, view), GAP * scale, view)
         if not crumb:
             return joined
         return without_crumbs(joined, crumb * min(camera.width, camera.height), ASIDE * scale, outline)

@@ -1,32 +1,35 @@
-"""Strokes that continue each other, joined over small gaps where the surface goes on between them.
+"""Strokes that continue each other, or end just before another one, joined over small gaps.
 
 A line is cut where a threshold takes away a little of it, where rounding hides a pixel or two, and where two families
 hand it on to each other. Two ends continue each other if each lies on the way that the other goes; and only if nothing
-is nearer to the eye between them, and lines that lie on the surface find it there.
+is nearer to the eye between them, and lines that lie on the surface find it there. Outlines and edges end on others:
+where one of them gave way to a line beside it, or an edge is rounded, the other ends before.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ncmodel.camera import Camera
 from ncmodel.drawing.packed import Packed
 from ncmodel.geometry.raycast import RayScene
-from ncmodel.jit import kernel
+from ncmodel.lines.line_ends import ahead_of, continuing, crossings, inside, matched
 from ncmodel.scene.view import View
-from ncmodel.types import Floats, Ints, LineFamily, Mask, Stroke
+from ncmodel.types import FILTERED_FAMILIES, Floats, Ints, LineFamily, Mask, Stroke
 
 TANGENT = 0.75
 """The direction of a stroke's end is that of this many gaps' lengths of it."""
-STRAIGHT = 0.9
-"""Least cosine between the ways of two ends, and between each and the gap."""
 TOUCHING = 0.1
-"""Ends nearer than this share of the longest gap touch: the way between them has no direction."""
+"""Ends nearer than this share of the longest gap touch: the way between them has no direction. So do ends and lines."""
 STEEP = 4.0
 """Between two ends, depth changes by at most this many times their distance across the line of sight."""
 OFF = 0.01
 """What the surface may lie off the straight way between two ends, in radii of the mesh."""
+BESIDE = 0.17
+"""Share of the longest gap that it is from an outline to the background beside it, at most."""
+_EDGES = frozenset(family.value for family in LineFamily if family not in FILTERED_FAMILIES)
+"""Families whose lines end on others: what carries them is bent there, or ends."""
 _RIMS = (LineFamily.CONTOURS.value, LineFamily.BOUNDARIES.value)
 """Families beside which the surface may end."""
 
@@ -59,13 +62,16 @@ def join(strokes: Sequence[Stroke], pixels: float, view: View) -> tuple[Stroke, 
     if not strokes:
         return ()
     ends = _ends_of(strokes, pixels)
-    one, other, cost = _near(ends.point, ends.way, ends.length, np.argsort(ends.point[:, 0]), pixels, TOUCHING * pixels)
+    one, other, cost = continuing(
+        ends.point, ends.way, ends.length, np.argsort(ends.point[:, 0]), pixels, TOUCHING * pixels
+    )
     if len(one) == 0:
         return tuple(strokes)
-    whole = _goes_on(ends, one, other, view.camera, view.surface.scene)
+    on_surface = ~(ends.rim[one] | ends.rim[other])
+    whole = _goes_on(ends.point[one], ends.point[other], on_surface, view.camera, view.surface.scene)
     one, other, cost = one[whole], other[whole], cost[whole]
     order = np.lexsort((other, one, cost))
-    partner = _matched(one[order], other[order], len(ends.point))
+    partner = matched(one[order], other[order], len(ends.point))
     return _linked(strokes, partner)
 
 
@@ -74,77 +80,94 @@ def _ends_of(strokes: Sequence[Stroke], pixels: float) -> _Ends:
     last = packed.first[1:] - 1
     place = np.stack([packed.first[:-1], last], axis=1).ravel()
     point = np.column_stack([packed.points, packed.depth])[place]
-    way = point[:, :2] - _inside(packed.points, packed.steps, packed.first, TANGENT * pixels)
+    way = point[:, :2] - inside(packed.points, packed.steps, packed.first, TANGENT * pixels)
     way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-12)
     rim = np.array([stroke.family in _RIMS for stroke in strokes])
     return _Ends(point, way, np.repeat(packed.length, 2), np.repeat(rim, 2))
 
 
-@kernel
-def _inside(points: Floats, steps: Floats, first: Ints, reach: float) -> Floats:
-    """(2C, 2) the points that lie some pixels from both ends of each stroke, or at its other end."""
-    found = np.empty((2 * (len(first) - 1), 2))
-    for end in range(len(found)):
-        begin, last = first[end // 2], first[end // 2 + 1] - 1
-        at, inwards = (begin, 1) if end % 2 == 0 else (last, -1)
-        left = reach
-        for _ in range(last - begin - 1):
-            step = steps[max(at, at + inwards)]
-            if step >= left:
-                break
-            left -= step
-            at += inwards
-        share = min(left / max(steps[max(at, at + inwards)], 1e-12), 1.0)
-        for axis in range(2):
-            found[end, axis] = points[at, axis] + share * (points[at + inwards, axis] - points[at, axis])
-    return found
-
-
-@kernel
-def _near(
-    point: Floats, way: Floats, length: Floats, order: Ints, pixels: float, touching: float
-) -> tuple[Ints, Ints, Floats]:
-    """Pairs of ends that continue each other on the picture, and how far apart they are.
+def meet(strokes: Sequence[Stroke], pixels: float, view: View) -> tuple[Stroke, ...]:
+    """Strokes of which outlines and edges that end just before another one, or before a corner of both, reach it.
 
     Args:
-        point: (E, 3) ends of strokes.
-        way: (E, 2) where they go on.
-        length: (E,) of their strokes.
-        order: The ends from left to right.
-        pixels: The longest gap; a stroke bridges none that is longer than itself.
-        touching: Ends that are nearer have no way between them.
+        strokes: With their depths.
+        pixels: The longest gap.
+        view: What they lie on, and where they are seen from.
     """
-    one, other, cost = [np.int64(0) for _ in range(0)], [np.int64(0) for _ in range(0)], [0.0 for _ in range(0)]
-    for m in range(len(order)):
-        i = order[m]
-        for n in range(m + 1, len(order)):
-            j = order[n]
-            x, y = point[j, 0] - point[i, 0], point[j, 1] - point[i, 1]
-            if x > pixels:
-                break
-            gap = np.hypot(x, y)
-            if gap > pixels or gap > min(length[i], length[j]) / (2.0 if i // 2 == j // 2 else 1.0):
-                continue
-            if way[i, 0] * way[j, 0] + way[i, 1] * way[j, 1] > -STRAIGHT:
-                continue
-            if gap > touching:
-                ahead = min(x * way[i, 0] + y * way[i, 1], -x * way[j, 0] - y * way[j, 1])
-                if ahead < STRAIGHT * gap:
-                    continue
-            one.append(i)
-            other.append(j)
-            cost.append(gap)
-    return np.array(one), np.array(other), np.array(cost)
+    found = list(strokes)
+    edges = [number for number, stroke in enumerate(strokes) if stroke.family in _EDGES and stroke.depth is not None]
+    for corners in (True, False):
+        if not edges:
+            break
+        some = [found[number] for number in edges]
+        packed, ends = Packed.of(some), _ends_of(some, pixels)
+        free = np.arange(2 * len(some))
+        free = free[~packed.meet_another(free, TOUCHING * pixels, after=pixels)]
+        if corners:
+            end, target = _corners(ends, free, pixels)
+        else:
+            end, target = ahead_of(
+                ends.point, ends.way, ends.length, free, packed.points, packed.depth, packed.first, pixels
+            )
+        reached = _reaches(ends, end, target, BESIDE * pixels, view)
+        if corners:  # both ends go there, or none
+            half = len(end) // 2
+            reached = np.tile(reached[:half] & reached[half:], 2)
+        for at, point in zip(end[reached].tolist(), target[reached], strict=True):
+            number = edges[at // 2]
+            found[number] = _extended(found[number], at % 2 == 1, point)
+    return tuple(found)
 
 
-def _goes_on(ends: _Ends, one: Ints, other: Ints, camera: Camera, scene: RayScene) -> Mask:
-    """(n,) whether the surface goes on from one end to the other."""
-    first, second = ends.point[one], ends.point[other]
+def _corners(ends: _Ends, free: Ints, pixels: float) -> tuple[Ints, Floats]:
+    """The ends that meet another one if both go straight on, and where: (n,) and (n, 3)."""
+    one, other, place, cost = crossings(ends.point, ends.way, ends.length, free, pixels)
+    order = np.argsort(cost, kind="stable")
+    partner = matched(one[order], other[order], len(ends.point))
+    chosen = partner[one] == other
+    return np.concatenate([one[chosen], other[chosen]]), np.concatenate([place[chosen], place[chosen]])
+
+
+def _reaches(ends: _Ends, chosen: Ints, target: Floats, beside: float, view: View) -> Mask:
+    """(n,) whether ends of strokes go on to a point: along the outline, or on the surface, if they don't bound it."""
+    if len(chosen) == 0:
+        return np.zeros(0, dtype=np.bool_)
+    start = ends.point[chosen]
+    aside = ends.way[chosen][:, ::-1] * [-beside, beside]
+    rim = view.beyond(start[:, :2] + aside) != view.beyond(start[:, :2] - aside)
+    for share in (0.25, 0.5, 0.75):
+        between = start[:, :2] + share * (target - start)[:, :2]
+        rim &= ~(view.beyond(between + aside) & view.beyond(between - aside))
+    goes_on = _goes_on(start, target, np.ones(len(chosen), dtype=np.bool_), view.camera, view.surface.scene)
+    return np.asarray(rim | (goes_on & ~ends.rim[chosen]))
+
+
+def _extended(stroke: Stroke, last: bool, point: Floats) -> Stroke:
+    """A stroke that goes on from its first point, or its last one, to one more: pixels and depth."""
+    assert stroke.depth is not None, "only lines on the mesh reach others"
+    at, end = (len(stroke.points), -1) if last else (0, 0)
+    return replace(
+        stroke,
+        points=np.insert(stroke.points, at, point[:2], axis=0),
+        alpha=np.insert(stroke.alpha, at, stroke.alpha[end]),
+        depth=np.insert(stroke.depth, at, point[2]),
+    )
+
+
+def _goes_on(first: Floats, second: Floats, on_surface: Mask, camera: Camera, scene: RayScene) -> Mask:
+    """(n,) whether the surface goes on between two points: (n, 3) pixels and depth.
+
+    Args:
+        first: The points.
+        second: The others.
+        on_surface: (n,) whether it must be there; where it may end, it is enough that nothing is nearer.
+        camera: Where it is seen from.
+        scene: The surface.
+    """
     across = np.linalg.norm(second[:, :2] - first[:, :2], axis=1)
     across = across * camera.scale_distance(first[:, 2]) / camera.focal_pixels
     allowed = STEEP * across + OFF * scene.radius
     goes_on = np.abs(second[:, 2] - first[:, 2]) <= allowed
-    on_surface = ~(ends.rim[one] | ends.rim[other])
     for share in (0.25, 0.5, 0.75):
         between = first + share * (second - first)
         rays = camera.rays(between[:, :2])
@@ -153,16 +176,6 @@ def _goes_on(ends: _Ends, one: Ints, other: Ints, camera: Camera, scene: RayScen
         goes_on &= depth >= between[:, 2] - allowed
         goes_on &= ~on_surface | (depth <= between[:, 2] + allowed)
     return np.asarray(goes_on)
-
-
-@kernel
-def _matched(one: Ints, other: Ints, count: int) -> Ints:
-    """(count,) for each end the one it is joined to, or -1: pairs are taken in their order, each end once."""
-    partner = np.full(count, -1)
-    for k in range(len(one)):
-        if partner[one[k]] < 0 and partner[other[k]] < 0:
-            partner[one[k]], partner[other[k]] = other[k], one[k]
-    return partner
 
 
 def _linked(strokes: Sequence[Stroke], partner: Ints) -> tuple[Stroke, ...]:

@@ -64,20 +64,31 @@ class Packed:
         """(C, 2, 2) the first and the last point of each."""
         return np.stack([self.points[self.first[:-1]], self.points[self.first[1:] - 1]], axis=1)
 
-    def meet_another(self, ends: Ints, pixels: float) -> Mask:
-        """(n,) which ends, 2c for the first point of stroke c and 2c + 1 for its last one, lie on another stroke."""
-        return np.asarray(_met(self.ends.reshape(-1, 2), ends, self.points, self.steps, self.first, pixels))
+    def meet_another(self, ends: Ints, pixels: float, after: float = math.inf) -> Mask:
+        """Which ends lie on another stroke, or on their own one where it comes back.
+
+        Args:
+            ends: (n,) 2c for the first point of stroke c and 2c + 1 for its last one.
+            pixels: How near that is.
+            after: Pixels from the end on along its own stroke at which this one counts as another.
+        """
+        return np.asarray(_met(self.ends.reshape(-1, 2), ends, self.points, self.steps, self.first, pixels, after))
 
 
 @kernel
-def _met(ends: Floats, chosen: Ints, points: Floats, steps: Floats, first: Ints, pixels: float) -> Mask:
+def _met(ends: Floats, chosen: Ints, points: Floats, steps: Floats, first: Ints, pixels: float, after: float) -> Mask:
     """(n,) which of the chosen ones of the (2C, 2) ends of strokes are within some pixels of another stroke."""
     found = np.zeros(len(chosen), np.bool_)
+    travelled = np.cumsum(steps)
     for k in range(len(chosen)):
         own = chosen[k] // 2
         u, v = ends[chosen[k], 0], ends[chosen[k], 1]
+        low, high = travelled[first[own]] + after, travelled[first[own + 1] - 1] - after
         for n in range(1, len(points)):
-            if steps[n] > 0.0 and (n < first[own] or n >= first[own + 1]):
+            # The nearer end of a segment of its own stroke is so far from this end.
+            other = n < first[own] or n >= first[own + 1]
+            back = travelled[n - 1] >= low if chosen[k] % 2 == 0 else travelled[n] <= high
+            if steps[n] > 0.0 and (other or back):
                 dx, dy = points[n, 0] - points[n - 1, 0], points[n, 1] - points[n - 1, 1]
                 x, y = u - points[n - 1, 0], v - points[n - 1, 1]
                 share = min(max((x * dx + y * dy) / (steps[n] * steps[n]), 0.0), 1.0)

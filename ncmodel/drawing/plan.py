@@ -40,7 +40,7 @@ class Plan:
         finished: Whether lines that run along each other are drawn once, and those that continue each other as one; or
             all as they are found, as for what is measured or learnt from.
         crumb: Share of the picture's shorter side: strokes of less ink are left out, unless there is a reason for them;
-            of finished drawings.
+            of finished drawings, which then are without apparent ridges on faces too large to tell them, too.
         rims: Where boundaries aren't drawn, those that are the shape's outline are all the same: an outline is closed.
         detail: Share of the lines inside the outline that is drawn, the most important first; 1 draws all of them.
         min_length: Pixels, at 768, of the shortest strokes that are drawn beside the outline's.

@@ -29,6 +29,8 @@ NARROW = 0.5
 """Beside each of its edges lies a face that is at most so high, in lengths of the edge: rows are longer than wide."""
 FLANK = 2.0
 """The surface to both sides of a rounded edge hardly bends for so many of its widths."""
+LEDGE = 1.0
+"""The same where a crease ends the flank: what is bent sharply there isn't the rounded edge going on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +139,9 @@ def _strip(bend: Floats, place: Floats, own: int, count: int, angle: float) -> t
         width = place[last] - place[first]
         before = place[first] - place[first - 1] if first > 0 else np.inf
         after = place[last + 1] - place[last] if last + 1 < count else np.inf
-        if last > first and abs(total) > angle and min(before, after) > FLANK * width:
+        least_before = (LEDGE if first > 0 and abs(bend[first - 1]) >= angle else FLANK) * width
+        least_after = (LEDGE if last + 1 < count and abs(bend[last + 1]) >= angle else FLANK) * width
+        if last > first and abs(total) > angle and before > least_before and after > least_after:
             return first, last
         if last - first == ROWS or min(before, after) == np.inf:
             return -1, -1

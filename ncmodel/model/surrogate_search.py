@@ -3,7 +3,8 @@
 The ranking module of the paper takes a second for a score with its gradient. So every one of them counts: a Gaussian
 process is fitted to all scores and gradients so far (Solak et al. 2003), five numbers a look, and says where to look
 next. At first that is where it expects the largest improvement (Jones et al. 1998), which also leads to where little is
-known; at last, where it expects the highest score.
+known; then, where it expects the highest score; at last there too, or, where nothing more is to be gained, again where
+little is known.
 
 Drawings that look alike from afar score alike: the process knows a drawing by how much ink lies where
 (`Glance`), in which all families count as much as they show. Known by its thresholds alone, a drawing
@@ -34,14 +35,13 @@ from ncmodel.types import Floats
 STARTS = (0.6, 0.2)
 """Shares of all families' ink that the first looks are at: the score has a hill at much ink and one at little."""
 
-EXPLORING = 0.7
-"""Share of the looks that go where improvement is expected; the others go to the top that is known by then."""
-
-MORE = 0.25
-"""Share of the looks that may be added while the surrogate's top is still above the highest score."""
+EXPLORING, SURE = 0.6, 0.8
+"""Up to the first share of the looks they go where improvement is expected; up to the second, to the top that is known
+by then; after it there too, unless the surrogate expects no higher score there: then where improvement is expected,
+since another hill may be higher."""
 
 SETTLED = 1e-3
-"""How little above, as a share of the scores' range, counts as not."""
+"""How little above the highest score, as a share of the scores' range, isn't higher."""
 
 LENGTHS = (0.05, 0.07, 0.1, 0.14, 0.2, 0.28, 0.4, 0.56, 0.8)
 """Distances between drawings over which scores may vary; the likeliest is taken."""
@@ -148,7 +148,7 @@ def optimise_with_surrogate(exact: ScoredDrawing, rough: ScoredDrawing, looks: i
     Args:
         exact: The drawing.
         rough: The same drawing, scored nearly as well for less: it is looked at, and what was found scored exactly.
-        looks: Scores with gradient that this takes, at least 1; up to `MORE` of them are added where it isn't sure.
+        looks: Scores with gradient that this takes, at least 1.
 
     Raises:
         UsageError: No score is a number.
@@ -158,11 +158,7 @@ def optimise_with_surrogate(exact: ScoredDrawing, rough: ScoredDrawing, looks: i
     if exact.has_boundaries:
         search.choose_boundaries()
     for look in range(looks if families else 0):
-        search.look(exploring=look < EXPLORING * looks)
-    for _ in range(round(MORE * looks) if families else 0):
-        if search.converged:
-            break
-        search.look(exploring=False)
+        search.look(exploring=look < EXPLORING * looks or (look >= SURE * looks and search.converged))
     return search.result()
 
 

@@ -99,9 +99,9 @@ BUDGETS = {
 lines: a ranking module judges drawings like those that it was trained on, and all lines of all families aren't."""
 
 LARGE_BUDGETS = {
-    "draft": Budget((0.6,), full_grid=True, climbs=0, iterations=0, looks=4, shortlist=4),
-    "balanced": Budget((0.6,), full_grid=True, climbs=0, iterations=0, looks=16, shortlist=16),
-    "accurate": Budget((0.6,), full_grid=True, climbs=0, iterations=0, looks=60, shortlist=64),
+    "draft": Budget((0.6,), full_grid=True, climbs=0, iterations=0, looks=5, shortlist=4),
+    "balanced": Budget((0.6,), full_grid=True, climbs=0, iterations=0, looks=20, shortlist=16),
+    "accurate": Budget((0.6,), full_grid=True, climbs=0, iterations=0, looks=75, shortlist=64),
 }
 """The same for ranking modules as large as the paper's, which take a second for a gradient."""
 

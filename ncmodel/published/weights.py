@@ -183,7 +183,8 @@ def _state_dict(path: str | Path, expected: str) -> dict[str, Tensor]:
     try:
         held = torch.load(path, map_location="cpu", weights_only=True)
     except (pickle.UnpicklingError, RuntimeError, EOFError, ValueError, KeyError, OSError, AttributeError) as error:
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        # PyTorch's first sentence tells what is wrong, the next ones what to do about its own bugs.
+        reason = str(error).splitlines()[0].partition(". ")[0] if str(error) else type(error).__name__
         raise InputError(path, f"no state dict of PyTorch ({reason[:120]})", expected) from error
     if not isinstance(held, Mapping) or not all(isinstance(value, Tensor) for value in held.values()):
         raise InputError(path, f"holds a {type(held).__name__} of other things than tensors", expected)

@@ -50,7 +50,8 @@ class Curves:
 def curves_of(records: Sequence[Mapping[str, Any]]) -> list[Block]:
     """The curves of a stage: what it minimises, on training and held-out items, and its accuracy on the latter."""
     passes = [float(record["epoch"]) for record in records]
-    names = [name for name in records[0] if name != "epoch"]
+    # Records that were read from a file have their names in another order.
+    names = ["loss", *sorted(records[0].keys() - {"epoch", "loss"})]
 
     def series(name: str) -> Series:
         label = "loss on training items" if name == "loss" else f"{name.replace('_', ' ')} on held-out items"

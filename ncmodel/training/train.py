@@ -230,11 +230,13 @@ class _Run:
             raise InputError(self.out, found, f"{wanted}, or a file that isn't there yet")
         if self.history_file.exists():
             try:
-                self.history = parse_json(self.history_file.read_text(encoding="utf-8"))
+                history = parse_json(self.history_file.read_text(encoding="utf-8"))
             except ValueError as error:
                 raise InputError(
                     self.history_file, f"not JSON ({error})", "what training wrote, or no such file"
                 ) from error
+            # The file's order is by name.
+            self.history = {stage: history[stage] for stage in STAGES if stage in history}
 
     def _forget(self, stage: str) -> None:
         if stage == "statistics":

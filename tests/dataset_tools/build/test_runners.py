@@ -11,9 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from dataset_tools.build.runners import HereRunner, PoolRunner, Runner
+from dataset_tools.build.runners import DaskRunner, HereRunner, PoolRunner, Runner, runner_for
 from dataset_tools.build.worker_process import Limits
-from ncmodel.errors import InputError
+from ncmodel.errors import ArgumentError, InputError
+from tests.helpers.loopback import dask_cluster
 from tests.helpers.waiting import wait_until
 
 LIMITS = Limits(seconds=60.0, memory_gb=8.0)
@@ -68,7 +69,7 @@ def test_an_error_stops_the_run(runner: Runner) -> None:
 def test_a_task_that_kills_its_worker_fails_alone(pool: PoolRunner) -> None:
     outcomes = {outcome.task: outcome for outcome in pool.run(die_at_three, range(9), LIMITS)}
     assert sorted(outcomes) == list(range(9))
-    assert outcomes[3].result is None
+    assert (outcomes[3].result, outcomes[3].killed) == (None, True)
     assert outcomes[3].reason == "its process died with signal SIGKILL (no message)"
     assert [outcomes[n].result for n in range(9) if n != 3] == [n for n in range(9) if n != 3]
 
@@ -128,3 +129,22 @@ def test_workers_end_when_their_parent_is_killed(tmp_path: Path) -> None:
 def note_and_wait(path: str) -> None:
     Path(path).write_text(str(os.getpid()))
     time.sleep(120)
+
+
+def test_a_scheduler_that_is_gone_is_one_line(tmp_path: Path) -> None:
+    """In the middle of a run, and before another one."""
+    with dask_cluster(tmp_path, workers=1) as address, runner_for(1, address) as runner:
+        assert isinstance(runner, DaskRunner)
+        process = runner.client.run_on_scheduler(os.getpid)
+        for function, tasks in ((kill_at_three, [(number, process) for number in range(6)]), (square, range(3))):
+            with pytest.raises(ArgumentError, match=f"scheduler: found {address}, which is gone"):
+                list(runner.run(function, tasks, LIMITS))  # type: ignore[arg-type]
+
+
+def kill_at_three(task: tuple[int, int]) -> int:
+    """Kill a process in the third task."""
+    number, process = task
+    if number == 3:
+        os.kill(process, signal.SIGKILL)
+        time.sleep(30)
+    return number

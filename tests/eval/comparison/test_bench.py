@@ -185,6 +185,7 @@ def test_what_can_not_be_compared_is_one_line(root: Path, tmp_path: Path, capsys
     assert "--views: found 'test', expected one of held-out" in refused(*words, "--views", "test")
     assert "--shapes: found moon, expected shapes of" in refused(*words, "--shapes", f"{HELD_OUT},moon")
     assert "--preset: found 'fast', expected one of" in refused(*words, "--preset", "fast")
+    assert "--device: found 'abacus', which torch can't use" in refused(*words, "--device", "abacus")
     assert "no-model: no such file" in refused(*words, "--model", tmp_path / "no-model")
     assert "--model: found two of the name" in refused(*words, "--model", model, "--model", model)
     assert "nobody: doesn't exist" in refused(*words, "--references", tmp_path / "nobody")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ncmodel.camera import Camera
-from ncmodel.drawing.joining import join
+from ncmodel.drawing.joining import join, meet
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
 from ncmodel.types import Mesh, Stroke
@@ -125,5 +125,62 @@ def test_smooth_shapes_in_any_order_give_the_same_lines() -> None:
     assert length(some) == pytest.approx(length(others))
 
 
+def edge(first: tuple[float, float], last: tuple[float, float], family: str = "creases", z: float = 0.5) -> Stroke:
+    """A stroke between two points given in pixels from the centre of a front at z."""
+    pixel = (3.0 - z) / CAMERA.focal_pixels
+    return dash(*((x * pixel, y * pixel, z) for x, y in (first, last)), family=family)
+
+
+def last_of(stroke: Stroke) -> list[float]:
+    """Where a stroke ends, in pixels from the centre."""
+    return [stroke.points[-1, 0] - CAMERA.width / 2, CAMERA.height / 2 - stroke.points[-1, 1]]
+
+
+@pytest.mark.parametrize("family", ["creases", "intersections"])
+@pytest.mark.parametrize(("gap", "reached"), [(8.0, True), (13.0, False)])
+def test_an_edge_that_ends_just_before_a_line_reaches_it(family: str, gap: float, reached: bool) -> None:
+    parts = [edge((-50.0, 0.0), (-gap, 0.0), family), edge((0.0, -40.0), (0.0, 40.0))]
+    found = meet(parts, 12.0, view(front()))
+    assert last_of(found[0]) == pytest.approx([0.0, 0.0] if reached else [-gap, 0.0])
+    assert found[1] is parts[1]
+
+
+@pytest.mark.parametrize("other", ["suggestive", "creases"])
+def test_lines_of_curvature_neither_reach_others_nor_are_reached(other: str) -> None:
+    family = "suggestive" if other == "creases" else "creases"
+    parts = [edge((-50.0, 0.0), (-8.0, 0.0), family), edge((0.0, -40.0), (0.0, 40.0), other)]
+    assert meet(parts, 12.0, view(front())) == tuple(parts)
+
+
+def test_two_edges_that_end_before_their_corner_meet_in_it() -> None:
+    parts = [edge((-50.0, 0.0), (-6.0, 0.0)), edge((0.0, 50.0), (0.0, 6.0))]
+    one, other = meet(parts, 12.0, view(front()))
+    assert last_of(one) == pytest.approx([-1.5, 1.5])  # halfway on an arc
+    np.testing.assert_allclose(one.points[-1], other.points[-1])
+
+
+def test_a_line_reaches_none_that_lies_elsewhere_in_space() -> None:
+    parts = [edge((-50.0, 0.0), (-8.0, 0.0)), edge((0.0, -40.0), (0.0, 40.0), z=0.2)]
+    assert meet(parts, 12.0, view(front())) == tuple(parts)
+
+
+@pytest.mark.parametrize(("off", "reached"), [(0.0, True), (20.0, False)])
+def test_contours_go_on_along_the_outline_only(off: float, reached: bool) -> None:
+    """Beside the front of a box is background; inside, a contour ends in a cusp."""
+    side = 0.5 * CAMERA.focal_pixels / 2.5 - off
+    parts = [edge((side, -50.0), (side, -8.0), "contours"), edge((side - 30.0, 0.0), (side + 30.0, 0.0))]
+    found = meet(parts, 12.0, view(front()))
+    assert last_of(found[0]) == pytest.approx([side, 0.0 if reached else -8.0])
+
+
+def test_a_line_that_ends_on_itself_is_not_led_on() -> None:
+    loop = [(-40.0, 0.0), (40.0, 0.0), (40.0, 40.0), (0.0, 40.0), (0.0, 0.0)]
+    pixel = 2.5 / CAMERA.focal_pixels
+    sigma = dash(*((x * pixel, y * pixel, 0.5) for x, y in loop), family="creases")
+    parts = [sigma, edge((-20.0, -8.0), (20.0, -8.0))]
+    assert meet(parts, 12.0, view(front())) == tuple(parts)
+
+
 def test_nothing_is_no_trouble() -> None:
     assert join([], 12.0, view(front())) == ()
+    assert meet([], 12.0, view(front())) == ()

@@ -71,10 +71,10 @@ def test_an_apparent_ridge_needs_a_face_over_which_n_dot_v_changes_by_less_than_
     assert len(resolved_in_view(line, faces, np.array(n_dot_v))) == told
 
 
-def test_only_finished_drawings_leave_out_apparent_ridges_on_coarse_faces() -> None:
+def test_apparent_ridges_are_left_out_of_coarse_faces_if_that_is_asked_for() -> None:
     view = View(Surface(Mesh(*bumpy(0.3, 20.0))), Camera(EYE))
     found = visible_segments(view, LineFamily.APPARENT)
-    finished = visible_segments(view, LineFamily.APPARENT, finished=True)
-    assert 0 < len(finished) < len(found)
-    n_dot_v = view.n_dot_v[view.surface.faces[finished.face]]
+    resolved = visible_segments(view, LineFamily.APPARENT, resolved=True)
+    assert 0 < len(resolved) < len(found)
+    n_dot_v = view.n_dot_v[view.surface.faces[resolved.face]]
     assert (np.abs(n_dot_v).min(axis=1) >= np.ptp(n_dot_v, axis=1)).all()

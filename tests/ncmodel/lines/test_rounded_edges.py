@@ -95,6 +95,24 @@ def test_curved_surfaces_and_flat_ones_have_none(part: Geometry) -> None:
     assert len(lines.rounded) == len(lines.strips) == 0
 
 
+@pytest.mark.parametrize(("widths", "rounded"), [(1.4, 1), (0.8, 0)])
+def test_a_ledge_beside_a_rounded_edge_is_no_part_of_it(widths: float, rounded: int) -> None:
+    """As a grille under the edge of a bonnet: a crease may be nearer than a bend of a curved surface."""
+    radius = 0.006
+    arc = 0.4 - radius + radius * np.exp(1j * np.radians([90, 60, 30, 0])) + 1j * (0.4 - radius)
+    ledge = arc[-1] - 1j * widths * np.abs(np.diff(arc)).sum()
+    corners = np.array([0.37 - 0.4j, -0.4 - 0.4j, -0.4 + 0.4j])
+    ring = np.concatenate([corners[:1], [ledge - 0.03], [ledge], arc[::-1], corners[:0:-1]])
+    count = len(ring)
+    vertices = np.concatenate([np.column_stack([ring.real, ring.imag, np.full(count, z)]) for z in (-0.5, 0.5)])
+    after = (np.arange(count) + 1) % count
+    low = np.column_stack([np.arange(count), after, after + count])
+    high = np.column_stack([np.arange(count), after + count, np.arange(count) + count])
+    _, lines = lines_of((vertices, np.concatenate([low, high])))
+    assert len(lines.rounded) == rounded
+    assert len(lines.strips) == 4 * rounded
+
+
 def test_sharp_edges_are_creases_as_they_were() -> None:
     _, lines = lines_of(bar(4, 0))
     assert len(lines.sharp) == 12

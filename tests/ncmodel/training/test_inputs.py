@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
@@ -70,6 +71,24 @@ def test_the_paper_s_variants_train_and_draw(meshes: Path, tmp_path: Path, input
     assert checkpoint.translator.standardise.scale.shape == (len(inputs),)
     plan = Model(checkpoint).choose(DataFolder(meshes).open_view(ITEM), budget="draft")
     assert LineFamily.CONTOURS in plan.families
+
+
+def test_the_unit_of_thresholds_is_nothing_to_networks_that_read_no_curvature(data: Path, tmp_path: Path) -> None:
+    per_view, per_mesh = (
+        load_checkpoint(
+            run_training(
+                data,
+                data / "pairs.jsonl",
+                tmp_path / unit,
+                replace(MICRO, percentile=unit),
+                TrainOptions(stages=("ranker", "translator"), epochs=1),
+            ).checkpoint
+        )
+        for unit in ("view", "mesh")
+    )
+    for name, network in per_view.networks.items():
+        other = per_mesh.networks[name].state_dict()
+        assert all(torch.equal(value, other[key]) for key, value in network.state_dict().items())
 
 
 def test_unknown_maps_are_told_in_a_line(meshes: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
