@@ -1,18 +1,24 @@
-"""Pinhole cameras: where a view is seen from, and how it lands on the picture plane."""
+"""Cameras: where a view is seen from, and how it lands on the picture plane.
+
+A camera is a pinhole (perspective), or looks along parallel lines (orthographic). What differs is said here once:
+`Camera.viewpoint` for vectors towards the camera, `Camera.rays` and `Camera.rays_to` for lines of sight, and
+`Camera.scale_distance` for how large things appear.
+"""
 
 import json
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from numbers import Integral, Real
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ncmodel.errors import InputError, UsageError
 from ncmodel.parsing import parse_json
-from ncmodel.types import Floats
+from ncmodel.types import Floats, Ints, Mask
 
 DEFAULT_SIZE = 768
 DEFAULT_AZIMUTH = 30.0
@@ -35,14 +41,45 @@ FRAME_MARGIN = 0.06
 MAX_SIDE = 16384
 LARGEST = 1e12
 """Larger numbers than this in a camera would lose the object, of size 1, to rounding."""
+PERSPECTIVE, ORTHOGRAPHIC = "perspective", "orthographic"
+PROJECTIONS = (PERSPECTIVE, ORTHOGRAPHIC)
+_SCALE = "pixels_per_unit"
+"""What an orthographic camera's file has in place of `focal_pixels`."""
 _KEYS = {"eye": 3, "target": 3, "up": 3, "width": 0, "height": 0, "focal_pixels": 0}
+
+
+class Rays(NamedTuple):
+    """Lines of sight.
+
+    Attributes:
+        origins: (3,) the eye from which all of them start, or (N, 3) where each starts on the camera plane.
+        directions: (N, 3).
+    """
+
+    origins: Floats
+    directions: Floats
+
+    def at(self, share: Floats) -> Floats:
+        """(N, 3) points on them, (N,) times their directions from where they start."""
+        return np.asarray(self.origins + share[:, None] * self.directions)
+
+    def aside(self, offset: Floats) -> "Rays":
+        """The rays to points that are (N, 3) beside where these lead, across them."""
+        if self.origins.ndim == 1:
+            return Rays(self.origins, self.directions + offset)
+        return Rays(self.origins + offset, self.directions)
+
+    def take(self, kept: Mask | Ints) -> "Rays":
+        """Those selected by a mask or by indices."""
+        return Rays(self.origins if self.origins.ndim == 1 else self.origins[kept], self.directions[kept])
 
 
 @dataclass(frozen=True)
 class Camera:
-    """A perspective camera in object space that looks from `eye` to `target`.
+    """A camera in object space that looks from `eye` to `target`.
 
-    Pixel (u, v) = (W/2 + f x / (-z), H/2 - f y / (-z)) in camera space: row 0 on top, pixel centres at +0.5.
+    Pixel (u, v) = (W/2 + f x / (-z), H/2 - f y / (-z)) in camera space: row 0 on top, pixel centres at +0.5. Without
+    perspective it is (W/2 + f x, H/2 - f y). What is seen is in front of the plane through the eye across the axis.
 
     Attributes:
         eye: Position.
@@ -50,7 +87,8 @@ class Camera:
         up: Direction that points up in the picture; needn't be orthogonal to the line of sight.
         width: Pixels.
         height: Pixels.
-        focal_pixels: Focal length f, pixels.
+        focal_pixels: Focal length f, pixels; of an orthographic camera its scale f, pixels per unit.
+        projection: "perspective" or "orthographic".
     """
 
     eye: tuple[float, float, float]
@@ -59,6 +97,7 @@ class Camera:
     width: int = DEFAULT_SIZE
     height: int = DEFAULT_SIZE
     focal_pixels: float = 1410.540280392905
+    projection: str = PERSPECTIVE
 
     def __post_init__(self) -> None:
         if not len(self.eye) == len(self.target) == len(self.up) == 3:
@@ -78,6 +117,18 @@ class Camera:
             raise UsageError(f"camera: up is {self.up}, expected a direction")
         if math.dist(self.eye, self.target) < 1e-9 * max(1.0, *map(abs, self.target)):
             raise UsageError(f"camera: eye and target are both {self.eye}, expected two different points")
+        if self.projection not in PROJECTIONS:
+            raise UsageError(f"camera: projection is {self.projection!r}, expected one of {', '.join(PROJECTIONS)}")
+
+    @property
+    def is_orthographic(self) -> bool:
+        """Whether all lines of sight are parallel."""
+        return self.projection == ORTHOGRAPHIC
+
+    @cached_property
+    def viewpoint(self) -> Floats:
+        """(4,) homogeneous: the eye and 1, or the direction to it and 0 (`ncmodel.geometry.view_vectors`)."""
+        return np.array([*self.rotation[2], 0.0] if self.is_orthographic else [*self.eye, 1.0], dtype=np.float64)
 
     @cached_property
     def rotation(self) -> Floats:
@@ -97,10 +148,11 @@ class Camera:
         Points at or behind the camera plane have a third value <= 0 and meaningless pixels.
         """
         x, y, distance = self.local(points)
+        divisor = self.scale_distance(distance)
         projected = np.empty(points.shape)
         with np.errstate(divide="ignore", invalid="ignore"):
-            projected[..., 0] = self.width / 2 + self.focal_pixels * x / distance
-            projected[..., 1] = self.height / 2 - self.focal_pixels * y / distance
+            projected[..., 0] = self.width / 2 + self.focal_pixels * x / divisor
+            projected[..., 1] = self.height / 2 - self.focal_pixels * y / divisor
         projected[..., 2] = distance
         return projected
 
@@ -111,16 +163,39 @@ class Camera:
         x, y, backward = axes.T.reshape(3, *points.shape[:-1])
         return x, y, -backward
 
-    def rays(self, pixels: Floats) -> Floats:
-        """(N, 3) directions from the eye through (N, 2) pixels, of length 1 along the optical axis."""
+    def scale_distance(self, distance: Floats) -> Floats:
+        """(N,) what f x is divided by to give pixels, (N,) before the camera plane: the distance; 1 if orthographic."""
+        return np.ones_like(distance) if self.is_orthographic else distance
+
+    def rays(self, pixels: Floats) -> Rays:
+        """The lines of sight through (N, 2) pixels, their directions of length 1 along the optical axis."""
         x = (pixels[:, 0] - self.width / 2) / self.focal_pixels
         y = (self.height / 2 - pixels[:, 1]) / self.focal_pixels
-        return np.asarray(np.stack([x, y, np.full(len(pixels), -1.0)], axis=1) @ self.rotation)
+        eye = np.asarray(self.eye, dtype=np.float64)
+        if not self.is_orthographic:
+            return Rays(eye, np.stack([x, y, np.full(len(pixels), -1.0)], axis=1) @ self.rotation)
+        across = np.stack([x, y], axis=1) @ self.rotation[:2]
+        return Rays(eye + across, np.tile(-self.rotation[2], (len(pixels), 1)))
+
+    def rays_to(self, points: Floats) -> Rays:
+        """The lines of sight to (N, 3) points, with directions as long as the way from the camera."""
+        eye = np.asarray(self.eye, dtype=np.float64)
+        if not self.is_orthographic:
+            return Rays(eye, points - eye)
+        directions = ((points - eye) @ self.rotation[2])[:, None] * self.rotation[2]
+        return Rays(points - directions, directions)
+
+    def projected(self, projection: str) -> "Camera":
+        """The camera with that projection in which what is as far as its target appears as large as it does now."""
+        changed, away = replace(self, projection=projection), math.dist(self.eye, self.target)
+        if changed.is_orthographic == self.is_orthographic:
+            return self
+        return changed.zoomed(self.focal_pixels / away if changed.is_orthographic else self.focal_pixels * away)
 
     def resized(self, width: int, height: int) -> "Camera":
-        """The same view at another resolution: scaled so that the shorter side shows the same angle."""
+        """The same view at another resolution: scaled so that the shorter side shows as much."""
         scale = min(width, height) / min(self.width, self.height)
-        return Camera(self.eye, self.target, self.up, width, height, self.focal_pixels * scale)
+        return replace(self, width=width, height=height, focal_pixels=self.focal_pixels * scale)
 
     def turned(self, azimuth: float) -> "Camera":
         """The same camera swung about the vertical axis through its target by `azimuth` degrees."""
@@ -128,8 +203,7 @@ class Camera:
         x, y, z = np.subtract(self.eye, self.target)
         c, s = math.cos(angle), math.sin(angle)
         swung = np.array([c * x + s * z, y, -s * x + c * z]) + self.target
-        eye = (float(swung[0]), float(swung[1]), float(swung[2]))
-        return Camera(eye, self.target, self.up, self.width, self.height, self.focal_pixels)
+        return replace(self, eye=(float(swung[0]), float(swung[1]), float(swung[2])))
 
     @staticmethod
     def orbit(
@@ -139,6 +213,7 @@ class Camera:
         distance: float = DEFAULT_DISTANCE,
         size: tuple[int, int] = (DEFAULT_SIZE, DEFAULT_SIZE),
         target: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        projection: str = PERSPECTIVE,
     ) -> "Camera":
         """A camera on a sphere around `target`, zoomed so that `vertices` fill the frame with a margin.
 
@@ -149,6 +224,7 @@ class Camera:
             distance: From `target`, object-space units.
             size: (width, height) pixels.
             target: The point looked at.
+            projection: "perspective" or "orthographic".
         """
         a, e = math.radians(azimuth), math.radians(elevation)
         direction = (math.cos(e) * math.sin(a), math.sin(e), math.cos(e) * math.cos(a))
@@ -157,7 +233,7 @@ class Camera:
         if abs(elevation) > 89.9:
             up = (-math.sin(a) * math.copysign(1.0, elevation), 0.0, -math.cos(a) * math.copysign(1.0, elevation))
         width, height = size
-        unit = Camera((eye[0], eye[1], eye[2]), target, up, width, height, 1.0)
+        unit = Camera((eye[0], eye[1], eye[2]), target, up, width, height, 1.0, projection)
         projected = unit.project(vertices)
         seen = projected[projected[:, 2] > 1e-6]
         if len(seen) == 0:
@@ -170,11 +246,13 @@ class Camera:
 
     def zoomed(self, focal_pixels: float) -> "Camera":
         """The same camera with another focal length."""
-        return Camera(self.eye, self.target, self.up, self.width, self.height, focal_pixels)
+        return replace(self, focal_pixels=focal_pixels)
 
     def to_json(self) -> str:
         """The camera as the JSON text of a camera file."""
         record = {key: getattr(self, key) for key in _KEYS}
+        if self.is_orthographic:
+            record |= {"projection": self.projection, _SCALE: record.pop("focal_pixels")}
         return json.dumps(record, indent=1)
 
     @staticmethod
@@ -184,18 +262,22 @@ class Camera:
         Raises:
             InputError: The file is missing, isn't JSON, or has wrong keys or values.
         """
-        expected = f"a JSON object with the keys {', '.join(_KEYS)}"
         try:
             # Whole numbers as floats: those that are too large become infinite.
             record = parse_json(Path(path).read_text(encoding="utf-8-sig"), parse_int=float)
         except OSError as error:
-            raise InputError(path, f"can't be read ({error.strerror})", expected) from error
+            raise InputError(path, f"can't be read ({error.strerror})", f"a JSON object {_with_keys(_KEYS)}") from error
         except ValueError as error:
-            raise InputError(path, f"not JSON ({error})", expected) from error
-        if not isinstance(record, dict) or set(record) != set(_KEYS):
-            keys = sorted(record) if isinstance(record, dict) else type(record).__name__
-            raise InputError(path, f"found {keys}", expected)
-        for key, length in _KEYS.items():
+            raise InputError(path, f"not JSON ({error})", f"a JSON object {_with_keys(_KEYS)}") from error
+        if not isinstance(record, dict):
+            raise InputError(path, f"found {type(record).__name__}", f"a JSON object {_with_keys(_KEYS)}")
+        projection, expected = record.pop("projection", PERSPECTIVE), _KEYS
+        if projection == ORTHOGRAPHIC:
+            record.pop("focal_pixels", None)
+            expected = {key: length for key, length in _KEYS.items() if key != "focal_pixels"} | {_SCALE: 0}
+        if record.keys() != expected.keys():
+            raise InputError(path, f"found {sorted(record)}", f"a JSON object {_with_keys(expected)}")
+        for key, length in expected.items():
             items = record[key] if length else [record[key]]
             numbers = isinstance(items, list) and all(
                 isinstance(item, int | float) and not isinstance(item, bool) for item in items
@@ -204,13 +286,18 @@ class Camera:
                 raise InputError(path, f"{key} is {record[key]!r}", f"{length or 'one'} number{'s' if length else ''}")
         if not all(math.isfinite(record[side]) and record[side] == int(record[side]) for side in ("width", "height")):
             raise InputError(path, f"size {record['width']} x {record['height']}", "whole pixels")
-        vectors = {key: (float(v[0]), float(v[1]), float(v[2])) for key, v in record.items() if _KEYS[key]}
+        vectors = {key: (float(v[0]), float(v[1]), float(v[2])) for key, v in record.items() if expected[key]}
         try:
             return Camera(
                 **vectors,
                 width=int(record["width"]),
                 height=int(record["height"]),
-                focal_pixels=float(record["focal_pixels"]),
+                focal_pixels=float(record[_SCALE if projection == ORTHOGRAPHIC else "focal_pixels"]),
+                projection=projection,
             )
         except UsageError as error:
             raise InputError(path, str(error), "a usable camera") from error
+
+
+def _with_keys(keys: Mapping[str, int]) -> str:
+    return f"with the keys {', '.join(keys)}"

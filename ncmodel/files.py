@@ -16,9 +16,13 @@ _ASIDE = ".tmp-ncontours-"
 """Files that are being written are called so."""
 
 
+_CLUTTER = {"__macosx", "$recycle.bin", "system volume information", "@eadir", "lost+found"}
+"""Folders that systems add to others, in small letters."""
+
+
 def is_clutter(name: str) -> bool:
     """Whether a file or folder of this name is hidden or left behind by a system (`._a.obj`, `.trash`, `__MACOSX`)."""
-    return name.startswith(".") or name == "__MACOSX"
+    return name.startswith((".", "~$")) or name.lower() in _CLUTTER
 
 
 @contextmanager

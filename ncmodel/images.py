@@ -129,7 +129,10 @@ def _decode(data: Pixels) -> Any:
     level = logging.getLogLevel()
     logging.setLogLevel(logging.LOG_LEVEL_SILENT)
     try:
-        return cv2.imdecode(data, cv2.IMREAD_UNCHANGED) if data.size else None
+        # A JPEG says which way the camera was held; "unchanged" would pass over it.
+        turned = cv2.IMREAD_ANYCOLOR | cv2.IMREAD_ANYDEPTH
+        kept = turned if data[:2].tobytes() == b"\xff\xd8" else cv2.IMREAD_UNCHANGED
+        return cv2.imdecode(data, kept) if data.size else None
     except cv2.error:
         return None
     finally:

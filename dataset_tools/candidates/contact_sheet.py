@@ -5,9 +5,7 @@ from pathlib import Path
 
 from ncmodel.data.data_folder import DataFolder
 from ncmodel.data.item import Item
-from ncmodel.errors import InputError
 from ncmodel.images import Pixels, from_brightness, read_grey
-from ncmodel.parsing import parse_json
 from ncmodel.report.contact_sheet import Tile, contact_sheet
 
 
@@ -29,10 +27,7 @@ def data_sheet(data_dir: str | Path, names: Sequence[str] = (), thumb: int = 170
 
 
 def _row(data: DataFolder, item: Item) -> list[Tile]:
-    try:
-        medoids = parse_json(data.selection_path(item).read_text(encoding="utf-8"))["medoids"]
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(data.view_folder(item), "no readable selection.json in it", "a view that is done") from error
+    medoids = data.medoids(item)
     renders = [Tile(_pixels(path), item.name) for path in data.render_paths(item)]
     drawings = [Tile(_pixels(data.drawing_path(item, i)), f"candidate {n}") for i, n in enumerate(medoids)]
     return renders + drawings

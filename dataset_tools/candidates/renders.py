@@ -9,6 +9,7 @@ from numba import njit
 from ncmodel.camera import Camera
 from ncmodel.geometry.normals_areas import Indices
 from ncmodel.geometry.shading import blended
+from ncmodel.geometry.view_vectors import toward
 from ncmodel.images import Pixels
 from ncmodel.scene.surface import Surface
 from ncmodel.types import Floats, Image, Ints
@@ -36,10 +37,9 @@ def shaded_picture(surface: Surface, camera: Camera) -> Pixels:
     large = camera.resized(SUPERSAMPLING * camera.width, SUPERSAMPLING * camera.height)
     buffers = surface.scene.render(large)
     light = np.asarray(LIGHT) / np.linalg.norm(LIGHT) @ camera.rotation
-    eye = np.asarray(camera.eye, dtype=np.float64)
     mesh = surface.mesh
     brightness = _brightness(
-        buffers.face, buffers.barycentric, mesh.vertices, surface.faces, surface.normals, eye, light
+        buffers.face, buffers.barycentric, mesh.vertices, surface.faces, surface.normals, camera.viewpoint, light
     )
     small = cv2.resize(brightness, (camera.width, camera.height), interpolation=cv2.INTER_AREA)
     return np.asarray(np.rint(255 * small), dtype=np.uint8)
@@ -47,7 +47,7 @@ def shaded_picture(surface: Surface, camera: Camera) -> Pixels:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _brightness(
-    face: Ints, barycentric: Floats, vertices: Floats, faces: Indices, normals: Floats, eye: Floats, light: Floats
+    face: Ints, barycentric: Floats, vertices: Floats, faces: Indices, normals: Floats, viewpoint: Floats, light: Floats
 ) -> Image:
     """(H, W) brightness of what each pixel sees, 1 on the background."""
     image = np.ones(face.shape, dtype=np.float32)
@@ -58,7 +58,7 @@ def _brightness(
                 continue
             weights = barycentric[row, column]
             x, y, z = blended(vertices, faces, f, weights)
-            to_eye = _unit(eye[0] - x, eye[1] - y, eye[2] - z)
+            to_eye = _unit(*toward(viewpoint, x, y, z))
             smooth, flat = _unit(*blended(normals, faces, f, weights)), _unit(*_across(vertices, faces, f))
             normal = smooth if _dot(smooth, flat) >= SMOOTH_COSINE else flat
             facing, lit = _dot(normal, to_eye), _dot(normal, (light[0], light[1], light[2]))

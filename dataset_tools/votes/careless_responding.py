@@ -11,7 +11,7 @@ from statistics import median
 import pandas as pd
 from scipy.special import bdtr, bdtrc
 
-from dataset_tools.votes.agreement import agreeing_share
+from dataset_tools.votes.agreement import agreeing_share, evenness
 from ncmodel.data.item import DRAWINGS
 
 FASTEST_SECONDS = 1.5
@@ -50,8 +50,6 @@ def flags(votes: pd.DataFrame) -> dict[str, tuple[str, ...]]:
 
 def _positions(shown: Sequence[int]) -> list[str]:
     """Always the same answer, or positions in a pattern."""
-    from scipy.stats import chisquare
-
     if len(shown) < LEAST_VOTES:
         return []
     place, count = Counter(shown).most_common(1)[0]
@@ -62,7 +60,7 @@ def _positions(shown: Sequence[int]) -> list[str]:
     if step and bdtrc(times - 1, len(shown) - 1, 1 / DRAWINGS) < LEAST_LIKELY / DRAWINGS:
         return [f"positions in steps of {step}"]
     counts = [shown.count(position) for position in range(1, DRAWINGS + 1)]
-    uneven = sum(counts) >= LEAST_VOTES and chisquare(counts).pvalue < LEAST_LIKELY
+    uneven = sum(counts) >= LEAST_VOTES and evenness(counts) < LEAST_LIKELY
     return ["favours some positions"] if uneven else []
 
 

@@ -4,16 +4,15 @@ Nothing in them is trusted: a row that can't be read becomes a `Problem`, and th
 """
 
 import csv
-import json
 import math
 import re
-from collections import Counter
 from collections.abc import Container, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
 
-from dataset_tools.votes.tables import BYTE_ORDER_MARK, looks_mangled, open_table
+from dataset_tools.votes.answer_cells import ANSWER, answers_in
+from dataset_tools.votes.tables import BYTE_ORDER_MARK, is_separator_row, looks_mangled, open_table
 from ncmodel.errors import InputError
 from ncmodel.parsing import parse_json
 
@@ -30,9 +29,8 @@ MAX_SECONDS = 86400.0
 
 REQUIRED_COLUMNS = ("AssignmentId", "Input.questionnaire")
 WORKER_COLUMNS = ("WorkerId", "Turkle.Username")
+_DECISIVE = (*REQUIRED_COLUMNS, *WORKER_COLUMNS, "AssignmentStatus", "Reject")
 _NOT_UTF8 = "\ufffd"  # what bytes that aren't UTF-8 are read as
-_ANSWER = "Answer."
-_BLOB = "Answer.taskAnswers"
 _SECONDS = "seconds"  # the page's own record of times, no answer
 _REVIEW = {"Approve", "Reject", ""}
 """Columns at the end of the header that Mechanical Turk's rows don't reach: they are for the requester to fill in."""
@@ -61,6 +59,7 @@ class Answered:
         source: "mturk", "turkle", "site" or "simulated".
         where: File and row, for messages.
         rejected: Whether the requester rejected it.
+        unclear: Field -> what is said of one of its radio buttons that is neither true nor false.
     """
 
     worker: str
@@ -73,6 +72,7 @@ class Answered:
     source: str
     where: str
     rejected: bool = False
+    unclear: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,8 @@ def read_csv_results(path: Path) -> Iterator[Answered | Problem]:
     """
     try:
         with open_table(path, REQUIRED_COLUMNS, errors="replace") as rows:
-            yield from _rows(path, _header(path, next(rows, [])), rows)
+            begin, names = next(((n, cells) for n, cells in enumerate(rows, 1) if any(map(str.strip, cells))), (1, []))
+            yield from _rows(path, _header(path, names), rows, begin)
     except OSError as error:
         raise InputError(path, f"can't be read ({error.strerror})", "a results CSV") from error
 
@@ -102,7 +103,7 @@ def read_csv_results(path: Path) -> Iterator[Answered | Problem]:
 def _header(path: Path, names: Sequence[str]) -> list[str]:
     header = [name.strip().lstrip(BYTE_ORDER_MARK) for name in names]
     missing = [name for name in REQUIRED_COLUMNS if name not in header]
-    if missing or not any(name in header for name in WORKER_COLUMNS) or not any(n.startswith(_ANSWER) for n in header):
+    if missing or not any(name in header for name in WORKER_COLUMNS) or not any(n.startswith(ANSWER) for n in header):
         found = f"columns {', '.join(name[:40] for name in header[:6])}{' ...' if len(header) > 6 else ''}"
         if not header:
             found = "no header"
@@ -111,14 +112,11 @@ def _header(path: Path, names: Sequence[str]) -> list[str]:
         raise InputError(
             path, found, "a results CSV with WorkerId, AssignmentId, Input.questionnaire and Answer columns"
         )
-    twice = sorted(name for name, times in Counter(header).items() if name and times > 1)
-    if twice:
-        raise InputError(path, f"column {twice[0]} twice", "each column once")
     return header
 
 
-def _rows(path: Path, header: list[str], rows: Iterator[list[str]]) -> Iterator[Answered | Problem]:
-    number = 1
+def _rows(path: Path, header: list[str], rows: Iterator[list[str]], number: int) -> Iterator[Answered | Problem]:
+    """What the rows say that follow a header, which is row `number`."""
     while True:
         number += 1
         where = f"{path}, row {number}"
@@ -129,7 +127,7 @@ def _rows(path: Path, header: list[str], rows: Iterator[list[str]]) -> Iterator[
         except csv.Error as error:
             yield Problem(where, f"not CSV ({error})")
             continue
-        if not any(cell.strip() for cell in cells):
+        if not any(cell.strip() for cell in cells) or is_separator_row(cells):
             continue
         if set(REQUIRED_COLUMNS) <= {cell.strip() for cell in cells}:
             header = _header(path, cells)  # of another file that was put behind the first one
@@ -138,10 +136,35 @@ def _rows(path: Path, header: list[str], rows: Iterator[list[str]]) -> Iterator[
         if not _REVIEW.issuperset(missing) or any(cell.strip() for cell in more):
             yield Problem(where, f"{len(cells)} cells; expected {len(header)}, as in the header")
             continue
-        yield _row(where, dict(zip(header, [*cells, *("" for _ in missing)], strict=False)))
+        try:
+            yield _row(where, _by_name(header, [*cells, *("" for _ in missing)]))
+        except ValueError as error:
+            yield Problem(where, str(error))
+
+
+def _by_name(header: Sequence[str], cells: Sequence[str]) -> dict[str, str]:
+    """Column -> cell; of columns that a file has twice, what one of them says.
+
+    Raises:
+        ValueError: They say different things.
+    """
+    row = dict(zip(header, cells, strict=False))
+    if len(row) == len(header):
+        return row
+    for name, cell in zip(header, cells, strict=False):
+        matters = name in _DECISIVE or name.startswith(ANSWER)
+        if matters and cell and row[name] not in ("", cell):
+            raise ValueError(f"{name} is there twice, {row[name][:40]!r} and {cell[:40]!r}; expected one of them")
+        row[name] = row[name] or cell
+    return row
 
 
 def _row(where: str, row: Mapping[str, str]) -> Answered | Problem:
+    """A row as what it says.
+
+    Raises:
+        ValueError: Its answers can't be read.
+    """
     worker = next((row[name].strip() for name in WORKER_COLUMNS if row.get(name, "").strip()), "")
     assignment, questionnaire = (row[name].strip() for name in REQUIRED_COLUMNS)
     for name, value in (("WorkerId", worker), ("AssignmentId", assignment), ("Input.questionnaire", questionnaire)):
@@ -149,16 +172,14 @@ def _row(where: str, row: Mapping[str, str]) -> Answered | Problem:
             return Problem(where, f"{name} is {'empty' if not value else 'not UTF-8'}")
         if not value.isprintable() or len(value) > MAX_NAME:
             return Problem(where, f"{name} is {value[:40]!r}; expected at most {MAX_NAME} printable characters")
-    try:
-        answers = _answers(row)
-    except ValueError as error:
-        return Problem(where, str(error))
+    answers = answers_in(row)
     return Answered(
         worker=worker,
         assignment=assignment,
         questionnaire=questionnaire,
-        answers=answers,
-        seconds=parse_seconds(answers.get(_SECONDS, "")),
+        answers=answers.values,
+        unclear=answers.unclear,
+        seconds=parse_seconds(answers.values.get(_SECONDS, "")),
         total_seconds=_number(row.get("WorkTimeInSeconds", "")),
         submitted=parse_time(row.get("SubmitTime", "")),
         source=_source(row),
@@ -175,69 +196,30 @@ def _source(row: Mapping[str, str]) -> str:
     return "turkle" if "Turkle.Username" in row else "mturk"
 
 
-def _answers(row: Mapping[str, str]) -> dict[str, str]:
-    """What was answered in each field that the row has columns for, "" for nothing.
-
-    There are plain columns (`Answer.q01`), columns of one radio button each (`Answer.q01.VALUE`, true or false), and a
-    blob of all, `Answer.taskAnswers`; what says something goes before what is empty.
-    """
-    plain = {name[len(_ANSWER) :]: cell.strip() for name, cell in row.items() if name.startswith(_ANSWER)}
-    blob = plain.pop(_BLOB[len(_ANSWER) :], "")
-    buttons: dict[str, dict[str, bool]] = {}
-    for name, cell in plain.items():
-        field, _, value = name.partition(".")
-        if value:
-            buttons.setdefault(field, {})[value] = cell.lower() == "true"
-    radios = {field: _radio(chosen) for field, chosen in buttons.items()}
-    found = dict.fromkeys((*plain, *radios), "")
-    for answers in (_task_answers(blob) if blob else {}, radios, plain):
-        found |= {name: text for name, text in answers.items() if text or name not in found}
-    return found
-
-
 def unusable(answered: Answered, answers: Mapping[str, Container[str]]) -> Problem | None:
     """Why an answering can't be held to what it says; None if it can.
 
-    Answers in other fields than those asked, and those that a spreadsheet made numbers of, aren't the participant's:
-    taken for wrong ones they would make the participant unreliable.
+    Answers in other fields than those asked, those that a spreadsheet made numbers of, and buttons of which nobody
+    knows whether they were chosen aren't the participant's: taken for wrong ones they would make the participant
+    unreliable.
 
     Args:
         answered: What came back.
         answers: Field that was asked -> what can be answered there.
     """
-    given = {field: text for field, text in answered.answers.items() if field != _SECONDS}
-    if given and not any(field in answers for field in given):
-        names = ", ".join(field[:40] for field in list(given)[:3])
+    given = {name: text for name, text in answered.answers.items() if name != _SECONDS}
+    if given and not any(name in answers for name in given):
+        names = ", ".join(name[:40] for name in list(given)[:3])
         return Problem(answered.where, f"no answer fits: found answers to {names}; expected to {', '.join(answers)}")
-    for field, offered in answers.items():
-        text = given.get(field, "")
+    for name, offered in answers.items():
+        text, unclear = given.get(name, ""), answered.unclear.get(name)
+        if text not in offered and unclear is not None:
+            found = f"a button of {name} is {unclear[:40]!r}"
+            return Problem(answered.where, f"{found}; expected true or false")
         if text not in offered and looks_mangled(text):
-            found = f"{field} is {text[:40]!r}, which a spreadsheet made of an answer"
+            found = f"{name} is {text[:40]!r}, which a spreadsheet made of an answer"
             return Problem(answered.where, f"{found}; expected the file as it was downloaded")
     return None
-
-
-def _task_answers(text: str) -> dict[str, str]:
-    """Answers from a JSON list with one object; a radio group is an object of booleans.
-
-    Raises:
-        ValueError: It is something else.
-    """
-    try:
-        listed = parse_json(text)
-    except ValueError as error:
-        raise ValueError(f"{_BLOB} is not JSON ({error})") from error
-    record = listed[0] if isinstance(listed, list) and len(listed) == 1 else listed
-    if not isinstance(record, dict):
-        raise ValueError(f"{_BLOB} holds {type(record).__name__}; expected a list with one object")
-    return {str(name): _radio(value) for name, value in record.items()}
-
-
-def _radio(value: object) -> str:
-    if isinstance(value, dict):
-        # Several chosen values can't be an answer to one question; joined, they match none.
-        return "|".join(str(name) for name, chosen in value.items() if chosen is True)
-    return value if isinstance(value, str) else json.dumps(value)
 
 
 def parse_seconds(text: str) -> dict[str, float]:

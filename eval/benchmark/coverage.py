@@ -193,8 +193,8 @@ def _samples(points: Floats, camera: Camera) -> tuple[Floats, Floats, Floats]:
 def _depth(scene: RayScene, camera: Camera, pixels: Floats) -> Floats:
     """(N,) depth along the optical axis of what is seen at (N, 2) pixels."""
     rays = camera.rays(pixels)
-    away, face = scene.first_hit(np.asarray(camera.eye), rays)
-    return np.where(face >= 0, away / np.linalg.norm(rays, axis=1), BACKGROUND)
+    away, face = scene.first_hit(*rays)
+    return np.where(face >= 0, away / np.linalg.norm(rays.directions, axis=1), BACKGROUND)
 
 
 def _share(chosen: Mask | Floats, weight: Floats, empty: float = 1.0) -> float:

@@ -56,8 +56,8 @@ def evaluate(
     taken = silhouettes or (None if keep_silhouettes else known_silhouettes(references))
     folders = Folders(_by_name(drawings), references, taken)
     with progress("evaluate", len(folders.names)) as advance:
-        result = evaluate_folders(folders, settings, advance)
-    report = write_evaluation(output, result.comparison, result.gallery, result.failures, page, result.notes)
+        result = evaluate_folders(folders, settings, output, advance)
+    report = write_evaluation(result.comparison, result.gallery, result.failures, page, result.notes)
     for note in result.notes:
         sys.stderr.write(f"note: {note}\n")
     emit(report, as_json, f"{comparison_text(result.comparison)}\n{output / 'report.html'}")

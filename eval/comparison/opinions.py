@@ -4,7 +4,6 @@ A model that counts ink judges by that, by its habit and by the picture; it can'
 A ranking module alone judges by the picture.
 """
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -69,7 +68,7 @@ def settings_of(data: DataFolder, item: Item) -> list[int | None]:
     Raises:
         InputError: The data folder's settings can't be read.
     """
-    medoids = json.loads(data.selection_path(item).read_text(encoding="utf-8"))["medoids"]
+    medoids = data.medoids(item)
     there, known = read_config(BuildConfig, data.config_path).levels.settings, Levels().settings
     places = {setting: number for number, setting in enumerate(known)}
     return [places.get(there[medoid]) if medoid < len(there) else None for medoid in medoids]

@@ -8,10 +8,10 @@ from eval.measures.comparison import Comparison
 from eval.measures.evaluation import Evaluation, Score, Settings, Target
 from eval.measures.references import PICTURES, Pairing, find_drawings, pair_up
 from eval.measures.report import OverlayGallery
-from eval.measures.scans import MOST_INK, ink_share, read_lines
+from eval.measures.scans import MOST_INK, WIDEST, ink_share, line_width, read_lines
 from eval.measures.thinning import binarise, read_ink
 from ncmodel.errors import InputError, NeuralContoursError, UsageError
-from ncmodel.types import Mask
+from ncmodel.types import Image, Mask
 
 
 @dataclass(frozen=True)
@@ -67,31 +67,35 @@ class Folders:
             for name in pairing.without_drawing:
                 yield f"{name}: a reference without a drawing in {self.drawings[method]}"
 
-    def target(self, name: str, settings: Settings) -> Target:
-        """The references of one name, prepared.
+    def read_references(self, name: str, settings: Settings) -> dict[str, Image]:
+        """Label -> (H, W) ink of the references of one name.
 
         Raises:
-            InputError: A picture can't be read, or a reference isn't lines on paper.
-            UsageError: Sizes differ.
+            InputError: A picture can't be read, or isn't lines on paper.
         """
         paths = next(iter(self.pairings.values())).references[name]
-        references = {
-            path.relative_to(self.references).as_posix(): read_lines(path, settings.threshold) for path in paths
-        }
-        return Target.of(name, references, settings, self._silhouette(name))
+        return {path.relative_to(self.references).as_posix(): read_lines(path, settings.threshold) for path in paths}
 
-    def _silhouette(self, name: str) -> Mask | None:
+    def silhouette(self, name: str) -> Mask | None:
+        """(H, W) what is to be taken away, if anything is.
+
+        Raises:
+            InputError: The picture can't be read.
+        """
         if self.silhouettes is None:
             return None
         return binarise(read_ink(self.outlines.get(name, self.silhouettes / f"{name}.png")))
 
 
-def evaluate_folders(folders: Folders, settings: Settings, advance: Callable[[str], None]) -> FolderEvaluation:
+def evaluate_folders(
+    folders: Folders, settings: Settings, output: Path, advance: Callable[[str], None]
+) -> FolderEvaluation:
     """Measure everything that can be measured.
 
     Args:
         folders: Where the pictures are.
         settings: How drawings are compared.
+        output: The report's folder, where pages of pictures go.
         advance: Called with each name when it is done.
 
     Raises:
@@ -99,7 +103,7 @@ def evaluate_folders(folders: Folders, settings: Settings, advance: Callable[[st
     """
     failures = list(folders.unmatched())
     scores: dict[str, list[Score]] = {method: [] for method in folders.drawings}
-    gallery, notes = OverlayGallery(), list[str]()
+    gallery, notes = OverlayGallery(output), list[str]()
     for name in folders.names:
         try:
             found = _evaluate_name(folders, name, settings, gallery, notes)
@@ -111,7 +115,7 @@ def evaluate_folders(folders: Folders, settings: Settings, advance: Callable[[st
             for method, measured in found.items():
                 scores[method] += measured
         advance(name)
-    if not gallery.rows:
+    if gallery.empty:
         raise InputError(folders.references, f"nothing could be measured ({failures[0]})", "comparable drawings")
     evaluations = {method: Evaluation(tuple(measured), settings) for method, measured in scores.items()}
     return FolderEvaluation(Comparison(evaluations), gallery, tuple(failures), tuple(notes))
@@ -120,13 +124,16 @@ def evaluate_folders(folders: Folders, settings: Settings, advance: Callable[[st
 def _evaluate_name(
     folders: Folders, name: str, settings: Settings, gallery: OverlayGallery, notes: list[str]
 ) -> dict[str, tuple[Score, ...]]:
-    target = folders.target(name, settings)
+    references = folders.read_references(name, settings)
+    target = Target.of(name, references, settings, folders.silhouette(name))
     inks = {method: read_ink(pairing.drawings[name]) for method, pairing in folders.pairings.items()}
     lines = {method: target.prepare(ink) for method, ink in inks.items()}
     scores = {method: target.scores(drawing) for method, drawing in lines.items()}
     first = next(iter(inks))
     gallery.add(target, inks[first], lines[first], scores[first])
     left = "left in it without what is near the silhouette" if target.removed is not None else "drawn in it"
+    if target.removed is not None and not target.removed.any():
+        notes.append(f"{name}: its silhouette has no outline; expected a mask or an outline, black on white")
     for method, ink in inks.items():
         path = folders.pairings[method].drawings[name]
         if (share := ink_share(ink, settings.threshold)) > MOST_INK:
@@ -134,4 +141,10 @@ def _evaluate_name(
         if lines[method].empty:
             notes.append(f"{path}: nothing is {left}")
     notes += [f"{folders.references / label}: nothing is {left}" for label, of in target.references.items() if of.empty]
+    pictures = {folders.references / label: references[label] for label in target.references}
+    pictures |= {folders.pairings[method].drawings[name]: ink for method, ink in inks.items()}
+    for path, ink in pictures.items():
+        width = line_width(ink, settings.threshold)
+        if width > WIDEST * max(ink.shape) and ink_share(ink, settings.threshold) <= MOST_INK:
+            notes.append(f"{path}: its lines are {width:.0f} pixels wide, as areas are; only their middle is measured")
     return scores

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ncmodel.chamfer import Lines, chamfer_distance
-from ncmodel.cli.draw import CONTACT_SHEET
+from ncmodel.cli.draw_job import CONTACT_SHEET
 from ncmodel.errors import InputError
 from ncmodel.files import is_clutter
 

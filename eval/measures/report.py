@@ -1,4 +1,4 @@
-"""An evaluation as files: report.json with every number, report.html to look at."""
+"""An evaluation as files: report.json with every number, report.html to look at, with pages where pictures are many."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -15,7 +15,7 @@ from ncmodel.chamfer import Lines
 from ncmodel.files import write_text
 from ncmodel.images import Pixels, from_ink, shrink
 from ncmodel.report.contact_sheet import Tile
-from ncmodel.report.html import Block, Cell, Facts, Fold, Grid, Section, Table, Text, write_report
+from ncmodel.report.html import Block, Cell, Facts, Fold, Grid, Links, Section, Table, Text, write_report
 from ncmodel.types import Image, Mask
 
 HIT = (70, 70, 70)
@@ -27,6 +27,14 @@ REMOVED = (236, 236, 230)
 PICTURE_SIDE = 480
 """Longest side of the pictures in a report, pixels."""
 
+MOST_PICTURES = 240
+"""Pictures that one page holds: about 8 MB, which browsers open at once."""
+
+PAGES = "pages"
+"""Folder of the pages of pictures, where one doesn't hold all."""
+
+_TITLE = "Evaluation of line drawings"
+
 LEGEND = (
     "Overlays: grey lines are near the other drawing (hits), orange ones are drawn but not in the reference (extras), "
     "blue ones are in the reference but not drawn (misses). A pale band marks the silhouette, which isn't counted."
@@ -37,11 +45,23 @@ LEGEND = (
 class OverlayGallery:
     """The pictures of an evaluation, gathered drawing by drawing and shrunk at once.
 
+    Those of many drawings go to pages of their own as soon as they fill one, so that no file gets too large for a
+    browser, and they don't pile up in memory.
+
     Attributes:
-        rows: Drawing's name -> the drawing itself, then for each reference the overlay with it.
+        folder: Of the report.
+        rows: Drawing's name -> the drawing itself, then for each reference the overlay; those not on a page yet.
+        pages: Names of the first and the last drawing on each page -> its path from the folder.
     """
 
+    folder: Path
     rows: dict[str, list[Tile]] = field(default_factory=dict)
+    pages: dict[tuple[str, str], str] = field(default_factory=dict)
+
+    @property
+    def empty(self) -> bool:
+        """Whether there is no picture."""
+        return not (self.rows or self.pages)
 
     def add(self, target: Target, ink: Image, drawing: Lines, scores: Sequence[Score]) -> None:
         """Keep the pictures of one drawing and its comparisons."""
@@ -51,7 +71,39 @@ class OverlayGallery:
             pixels = overlay(drawing, reference, target.settings.tolerance_pixels, target.removed)
             caption = f"{score.reference}: F1 {shown('f1', score.measures.f1)}"
             tiles.append(Tile(shrink(pixels, PICTURE_SIDE), caption, f"overlay with {caption}"))
+        if self.rows and len(tiles) + sum(map(len, self.rows.values())) > MOST_PICTURES:
+            self._turn_page()
         self.rows[target.name] = tiles
+
+    def blocks(self) -> list[Block]:
+        """What the report shows: all pictures, or where to find them."""
+        if self.pages and self.rows:
+            self._turn_page()
+        self._remove_earlier()
+        if not self.pages:
+            return [Text(LEGEND, "note"), *self._grids()]
+        told = f"{len(self.pages)} pages of at most {MOST_PICTURES} pictures each."
+        return [Text(told), Links([(f"{first} .. {last}", page) for (first, last), page in self.pages.items()])]
+
+    def _grids(self) -> list[Block]:
+        return [Grid(tiles, name, columns=4, max_side=PICTURE_SIDE) for name, tiles in self.rows.items()]
+
+    def _turn_page(self) -> None:
+        """Put the pictures gathered so far on a page of their own."""
+        first, last = next(iter(self.rows)), next(reversed(self.rows))
+        page = f"{PAGES}/{len(self.pages) + 1:04d}.html"
+        (self.folder / PAGES).mkdir(parents=True, exist_ok=True)
+        back: list[Block] = [Links([("To the report", "../report.html")]), Text(LEGEND, "note")]
+        parts = [Section(f"{first} .. {last}", [*back, *self._grids()])]
+        write_report(self.folder / page, _TITLE, parts)
+        self.pages[first, last] = page
+        self.rows = {}
+
+    def _remove_earlier(self) -> None:
+        """Remove the pages of an evaluation before that had more of them."""
+        for path in (self.folder / PAGES).glob("[0-9][0-9][0-9][0-9].html"):
+            if f"{PAGES}/{path.name}" not in self.pages.values():
+                path.unlink()
 
 
 def overlay(drawing: Lines, reference: Lines, tolerance: float, removed: Mask | None = None) -> Pixels:
@@ -111,19 +163,17 @@ def record(
 
 
 def write_evaluation(
-    folder: str | Path,
     comparison: Comparison,
     gallery: OverlayGallery,
     failures: Sequence[str] = (),
     page: Mapping[str, float] | None = None,
     notes: Sequence[str] = (),
 ) -> dict[str, object]:
-    """Write report.json and report.html into a folder, which is made if needed.
+    """Write report.json and report.html into the gallery's folder, which is made if needed.
 
     Args:
-        folder: Where to.
         comparison: The methods' scores; the first one's drawings are shown.
-        gallery: Its pictures.
+        gallery: Their pictures.
         failures: One line for each item that could not be measured.
         page: Millimetres behind the tolerance, if it was given so.
         notes: One line for each picture that is hardly what was meant.
@@ -131,12 +181,11 @@ def write_evaluation(
     Returns:
         The content of report.json.
     """
-    root = Path(folder)
-    root.mkdir(parents=True, exist_ok=True)
+    gallery.folder.mkdir(parents=True, exist_ok=True)
     content = record(comparison, failures, page, notes)
-    write_text(root / "report.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
+    write_text(gallery.folder / "report.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
     parts = sections(comparison, gallery, failures, page or {}, notes)
-    write_report(root / "report.html", "Evaluation of line drawings", parts, _lead(comparison))
+    write_report(gallery.folder / "report.html", _TITLE, parts, _lead(comparison))
     return content
 
 
@@ -155,12 +204,10 @@ def sections(
         summary.append(Text(f"{len(failures)} not measured: {'; '.join(failures)}", "warning"))
     summary += [Text(note, "warning") for note in notes]
     summary.append(Facts([(name.replace("_", " "), _in_words(value)) for name, value in settings.items()]))
-    pictures: list[Block] = [Text(LEGEND, "note")]
-    pictures += [Grid(tiles, name, columns=4, max_side=PICTURE_SIDE) for name, tiles in gallery.rows.items()]
     return [
         Section("Means", summary),
         Section("Drawings", [Fold(f"All {len(evaluation.scores)} comparisons", [scores_table(evaluation)])]),
-        Section("Pictures", pictures),
+        Section("Pictures", gallery.blocks()),
     ]
 
 

@@ -156,12 +156,11 @@ def _counting(ink: Image) -> float:
 
 def _between(scene: RayScene, camera: Camera, near: Floats, step: Floats) -> Floats:
     """Points of the mesh at its rim, from pixels that see it and the steps to pixels that don't."""
-    eye = np.asarray(camera.eye)
-    found = scene.hits(eye, camera.rays(near))
+    found = scene.hits(*camera.rays(near))
     point, low, high = found.point, np.zeros(len(near)), np.ones(len(near))
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
-        hits = scene.hits(eye, camera.rays(near + middle[:, None] * step))
+        hits = scene.hits(*camera.rays(near + middle[:, None] * step))
         seen = hits.face >= 0
         point = np.where(seen[:, None], hits.point, point)
         low, high = np.where(seen, middle, low), np.where(seen, high, middle)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from ncmodel.data.item import DRAWINGS, Item
 from ncmodel.errors import InputError
+from ncmodel.parsing import parse_json
 
 if TYPE_CHECKING:
     from ncmodel.scene.view import View
@@ -68,6 +69,22 @@ class DataFolder:
     def selection_path(self, item: Item) -> Path:
         """Which candidates an item's drawings are."""
         return self.view_folder(item) / "selection.json"
+
+    def medoids(self, item: Item) -> list[int]:
+        """Which of the candidates an item's eight drawings are.
+
+        Raises:
+            InputError: The file that says so can't be read.
+        """
+        path, expected = self.selection_path(item), "what `ncontours dataset build` wrote"
+        try:
+            found = parse_json(path.read_text(encoding="utf-8"))["medoids"]
+            medoids = [int(number) for number in found]
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise InputError(path, f"can't be read ({type(error).__name__})", expected) from error
+        if len(medoids) != DRAWINGS:
+            raise InputError(path, f"{len(medoids)} medoids", f"{DRAWINGS}, {expected}")
+        return medoids
 
     def map_paths(self, item: Item) -> list[Path]:
         """The pictures `MAPS` of an item."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
-from ncmodel.camera import DEFAULT_AZIMUTH, DEFAULT_ELEVATION, DEFAULT_SIZE, Camera
+from ncmodel.camera import DEFAULT_AZIMUTH, DEFAULT_ELEVATION, DEFAULT_SIZE, PERSPECTIVE, PROJECTIONS, Camera
 from ncmodel.drawing import arguments
 from ncmodel.drawing.drawing import Drawing
 from ncmodel.drawing.finishing import finish, finish_hidden
@@ -19,6 +19,7 @@ from ncmodel.drawing.strokes import strokes
 from ncmodel.drawing.thresholding import fade, survivors
 from ncmodel.errors import ArgumentError, UsageError
 from ncmodel.export.page import page_scale
+from ncmodel.lines.ridges import resolved_in_view
 from ncmodel.lines.visibility import MESH_EDGES
 from ncmodel.mesh.load import load_mesh, make_mesh
 from ncmodel.mesh.objects import as_mesh
@@ -35,6 +36,7 @@ from ncmodel.types import (
     EVERYTHING,
     FILTERED_FAMILIES,
     LineFamily,
+    LineSet,
     Mesh,
     Segments,
     Stroke,
@@ -88,6 +90,7 @@ def draw(
     azimuth: float = DEFAULT_AZIMUTH,
     elevation: float = DEFAULT_ELEVATION,
     size: int | tuple[int, int] = DEFAULT_SIZE,
+    projection: str = PERSPECTIVE,
     up: str = "y",
     crease_angle: float = CREASE_ANGLE,
     tolerance: float | None = None,
@@ -115,6 +118,7 @@ def draw(
         azimuth: Degrees round the shape from its front, without a camera.
         elevation: Degrees above the ground, without a camera.
         size: (width, height) in pixels, or both in one, without a camera.
+        projection: "perspective", or "orthographic": along parallel lines; without a camera.
         up: The upward axis, "y" or "z", of a mesh file, or of what is taken as one; a `Mesh` is y-up.
         crease_angle: Degrees between faces above which their edge is a crease.
         tolerance: Pixels that strokes may stray from the lines on the mesh; the preset's unless given.
@@ -133,11 +137,13 @@ def draw(
     if variant is not None and model is None:
         raise ArgumentError("variant", repr(variant), "a model beside it, whose branches it tells")
     asked = arguments.plan_of(lines, thresholds, detail, min_length, hidden)
-    _check(camera, model, azimuth=azimuth, elevation=elevation, crease_angle=crease_angle)
+    _check(camera, model, projection, azimuth=azimuth, elevation=elevation, crease_angle=crease_angle)
     surface = _surface(shape, up, None if camera is None else camera.eye)
     if LineFamily.CREASES in asked.families and model is None:
         surface = split_at_creases(surface, crease_angle)
-    placed = camera or Camera.orbit(surface.mesh.used_vertices, azimuth, elevation, size=arguments.size_of(size))
+    placed = camera or Camera.orbit(
+        surface.mesh.used_vertices, azimuth, elevation, size=arguments.size_of(size), projection=projection
+    )
     view = View(surface, placed, crease_angle)
     among = None if lines is None else asked.families
     plan = asked if model is None else _chosen(model, view, variant, preset, among)
@@ -178,7 +184,8 @@ def draw_view(view: View, plan: Plan, fineness: Fineness = BALANCED) -> Drawing:
     for family in plan.drawn:
         threshold = plan.thresholds.of(family)
         assert threshold is not None, "families that are left out aren't drawn"
-        drawn += strokes_of(view, visible_segments(view, family, threshold, fineness.sample_pixels), fineness)
+        segments = visible_segments(view, family, threshold, fineness.sample_pixels, plan.finished)
+        drawn += strokes_of(view, segments, fineness)
     drawn += plan.strokes
     if plan.rims and LineFamily.BOUNDARIES not in plan.drawn:
         drawn += _rims(view, fineness)
@@ -192,7 +199,11 @@ def draw_view(view: View, plan: Plan, fineness: Fineness = BALANCED) -> Drawing:
 
 
 def visible_segments(
-    view: View, family: LineFamily, threshold: Threshold = EVERYTHING, sample_pixels: float = 1.0
+    view: View,
+    family: LineFamily,
+    threshold: Threshold = EVERYTHING,
+    sample_pixels: float = 1.0,
+    finished: bool = False,
 ) -> Segments:
     """The visible segments of a family that its threshold leaves, with their opacity.
 
@@ -201,23 +212,33 @@ def visible_segments(
         family: The family.
         threshold: Its threshold.
         sample_pixels: Distance along the picture of the points at which visibility is decided.
+        finished: Whether apparent ridges are left out where the faces are too large to tell them.
     """
     if family not in FILTERED_FAMILIES:
         return fade(view.visible(family, sample_pixels), threshold)
-    lines = view.candidates(family)
-    # Weak lines are the most numerous; what the threshold takes away needs no rays.
-    strong = lines.take(survivors(lines, threshold))
-    return fade(view.unhidden(strong, sample_pixels), threshold)
+    return fade(view.unhidden(_strong(view, family, threshold, finished), sample_pixels), threshold)
 
 
 def hidden_segments(
-    view: View, family: LineFamily, threshold: Threshold = EVERYTHING, sample_pixels: float = 1.0
+    view: View,
+    family: LineFamily,
+    threshold: Threshold = EVERYTHING,
+    sample_pixels: float = 1.0,
+    finished: bool = False,
 ) -> Segments:
     """What the surface hides of the segments of a family that its threshold leaves; arguments as `visible_segments`."""
     if family not in FILTERED_FAMILIES:
         return fade(view.hidden(family, sample_pixels), threshold)
+    return fade(view.behind(_strong(view, family, threshold, finished), sample_pixels), threshold)
+
+
+def _strong(view: View, family: LineFamily, threshold: Threshold, finished: bool) -> LineSet:
+    """The lines, seen or hidden, that a threshold leaves: the weak ones are the most numerous, and need no rays."""
     lines = view.candidates(family)
-    return fade(view.behind(lines.take(survivors(lines, threshold)), sample_pixels), threshold)
+    lines = lines.take(survivors(lines, threshold))
+    if finished and family is LineFamily.APPARENT:
+        return resolved_in_view(lines, view.surface.faces, view.n_dot_v)
+    return lines
 
 
 def strokes_of(view: View, segments: Segments, fineness: Fineness = BALANCED) -> tuple[Stroke, ...]:
@@ -244,7 +265,8 @@ def _hidden_strokes(view: View, plan: Plan, drawn: tuple[Stroke, ...], fineness:
     for family in plan.drawn:
         threshold = plan.thresholds.of(family)
         assert threshold is not None, "families that are left out aren't drawn"
-        found += strokes_of(view, hidden_segments(view, family, threshold, fineness.sample_pixels), fineness)
+        segments = hidden_segments(view, family, threshold, fineness.sample_pixels, plan.finished)
+        found += strokes_of(view, segments, fineness)
     return finish_hidden(found, drawn, view)
 
 
@@ -274,11 +296,13 @@ def _with_units(plan: Plan, view: View) -> Thresholds:
     return replace(thresholds, p90={**thresholds.p90, **{f: view.feature_percentile(f) for f in missing}})
 
 
-def _check(camera: object, model: object, crease_angle: float, **angles: float) -> None:
+def _check(camera: object, model: object, projection: str, crease_angle: float, **angles: float) -> None:
     if camera is not None:
         arguments.expect("camera", camera, Camera, "a Camera (Camera.load reads a file)")
     if model is not None and not hasattr(model, "choose"):
         raise UsageError(f"model: found {type(model).__name__}, expected what load_model returns")
+    if projection not in PROJECTIONS:
+        raise ArgumentError("projection", repr(projection), f"one of {', '.join(PROJECTIONS)}")
     for name, angle in {"crease angle": crease_angle, **angles}.items():
         arguments.number(name, angle, "degrees")
     if not 0.0 < crease_angle < 180.0:

@@ -140,24 +140,16 @@ def _near(
 def _goes_on(ends: _Ends, one: Ints, other: Ints, camera: Camera, scene: RayScene) -> Mask:
     """(n,) whether the surface goes on from one end to the other."""
     first, second = ends.point[one], ends.point[other]
-    across = np.linalg.norm(second[:, :2] - first[:, :2], axis=1) * first[:, 2] / camera.focal_pixels
+    across = np.linalg.norm(second[:, :2] - first[:, :2], axis=1)
+    across = across * camera.scale_distance(first[:, 2]) / camera.focal_pixels
     allowed = STEEP * across + OFF * scene.radius
     goes_on = np.abs(second[:, 2] - first[:, 2]) <= allowed
-    eye, forward = np.asarray(camera.eye), -camera.rotation[2]
     on_surface = ~(ends.rim[one] | ends.rim[other])
     for share in (0.25, 0.5, 0.75):
         between = first + share * (second - first)
-        local = np.stack(
-            [
-                (between[:, 0] - camera.width / 2) / camera.focal_pixels,
-                (camera.height / 2 - between[:, 1]) / camera.focal_pixels,
-                np.full(len(between), -1.0),
-            ],
-            axis=1,
-        )
-        rays = local @ camera.rotation
-        distance, _ = scene.first_hit(eye, rays)
-        depth = distance * (rays @ forward) / np.linalg.norm(rays, axis=1)
+        rays = camera.rays(between[:, :2])
+        distance, _ = scene.first_hit(*rays)
+        depth = distance / np.linalg.norm(rays.directions, axis=1)
         goes_on &= depth >= between[:, 2] - allowed
         goes_on &= ~on_surface | (depth <= between[:, 2] + allowed)
     return np.asarray(goes_on)

@@ -47,7 +47,7 @@ def _data(stroke: Stroke, camera: Camera) -> StrokeData:
     ink = float(steps @ (stroke.alpha[1:] + stroke.alpha[:-1]) / 2.0)
     depth, position = stroke.depth, None
     if depth is not None:
-        position = np.asarray(camera.eye) + depth[:, None] * camera.rays(stroke.points)
+        position = camera.rays(stroke.points).at(depth)
     strength = ink / length if length > 0.0 else float(stroke.alpha.mean())
     return StrokeData(stroke.family, stroke.hidden, strength, length, stroke.points, stroke.alpha, depth, position)
 

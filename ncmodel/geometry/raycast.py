@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ncmodel.camera import Camera
+from ncmodel.camera import Camera, Rays
 from ncmodel.geometry.coincident_faces import distinct_faces
 from ncmodel.geometry.normals_areas import Indices
 from ncmodel.jit import kernel
@@ -120,7 +120,7 @@ class RayScene:
         eye, forward = np.asarray(camera.eye), -camera.rotation[2]
         for start in range(0, height * width, CHUNK):
             part = slice(start, min(start + CHUNK, height * width))
-            face[part], barycentric[part], point, _ = self._cast(eye, _pixel_rays(camera, part))
+            face[part], barycentric[part], point, _ = self._cast(*_pixel_rays(camera, part))
             scaled = ((point - eye) @ forward - near) / (far - near)
             depth[part] = np.where(face[part] >= 0, np.clip(scaled, 0.0, 1.0), 1.0)
         return ViewBuffers(
@@ -193,7 +193,7 @@ def _chunks(origins: Floats, directions: Floats) -> Iterator[tuple[Floats, Float
         yield (origins if origins.ndim == 1 else origins[part]), directions[part]
 
 
-def _pixel_rays(camera: Camera, part: slice) -> Floats:
-    """Directions from the eye through the centres of the pixels `part` in row-major order."""
+def _pixel_rays(camera: Camera, part: slice) -> Rays:
+    """Lines of sight through the centres of the pixels `part` in row-major order."""
     index = np.arange(part.start, part.stop)
     return camera.rays(np.stack([index % camera.width + 0.5, index // camera.width + 0.5], axis=1))

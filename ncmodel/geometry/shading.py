@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ncmodel.geometry.normals_areas import Indices
+from ncmodel.geometry.view_vectors import toward
 from ncmodel.jit import kernel
 from ncmodel.types import Floats, Image, Ints, ViewBuffers
 
@@ -17,9 +18,9 @@ def interpolate(buffers: ViewBuffers, faces: Indices, values: Floats) -> Image:
     return np.asarray(_interpolated(buffers.face, buffers.barycentric, faces, values))
 
 
-def shade(buffers: ViewBuffers, faces: Indices, vertices: Floats, normals: Floats, eye: Floats) -> Images:
+def shade(buffers: ViewBuffers, faces: Indices, vertices: Floats, normals: Floats, viewpoint: Floats) -> Images:
     """(K, H, W) headlight shading max(n.v, 0) under K fields of normals (K, V, 3); 1 on the background."""
-    return np.asarray(_shaded(buffers.face, buffers.barycentric, faces, vertices, normals, eye))
+    return np.asarray(_shaded(buffers.face, buffers.barycentric, faces, vertices, normals, viewpoint))
 
 
 @kernel
@@ -37,7 +38,9 @@ def _interpolated(face: Ints, barycentric: Floats, faces: Indices, values: Float
 
 
 @kernel
-def _shaded(face: Ints, barycentric: Floats, faces: Indices, vertices: Floats, normals: Floats, eye: Floats) -> Images:
+def _shaded(
+    face: Ints, barycentric: Floats, faces: Indices, vertices: Floats, normals: Floats, viewpoint: Floats
+) -> Images:
     images = np.ones((len(normals), face.shape[0], face.shape[1]), dtype=np.float32)
     for row in range(face.shape[0]):
         for column in range(face.shape[1]):
@@ -46,7 +49,7 @@ def _shaded(face: Ints, barycentric: Floats, faces: Indices, vertices: Floats, n
                 continue
             weights = barycentric[row, column]
             x, y, z = blended(vertices, faces, f, weights)
-            x, y, z = eye[0] - x, eye[1] - y, eye[2] - z
+            x, y, z = toward(viewpoint, x, y, z)
             distance = math.sqrt(x * x + y * y + z * z)
             for level in range(len(normals)):
                 nx, ny, nz = blended(normals[level], faces, f, weights)

@@ -1,4 +1,4 @@
-"""What a surface's curvature looks like from an eye: per-vertex quantities of one view (docs/geometry.md 6).
+"""What a surface's curvature looks like from a viewpoint: per-vertex quantities of one view (docs/geometry.md 6).
 
 Sources: DeCarlo et al. 2003 (radial curvature and its derivative), Judd et al. 2007 (view-dependent curvature).
 
@@ -16,6 +16,7 @@ import numpy as np
 
 from ncmodel.geometry.adjacency import Offsets
 from ncmodel.geometry.normals_areas import Indices, check_columns, sides_of
+from ncmodel.geometry.view_vectors import toward
 from ncmodel.jit import kernel
 from ncmodel.types import Floats
 
@@ -26,26 +27,26 @@ TINY = 1e-150
 """Lengths below this count as 0: their squares underflow."""
 
 
-def facing(vertices: Floats, normals: Floats, eye: Floats) -> Floats:
+def facing(vertices: Floats, normals: Floats, viewpoint: Floats) -> Floats:
     """n.v (V,): cosine of the angle between the normal and the direction to the eye."""
     n_dot_v = np.empty(len(vertices))
-    _face(vertices, normals, eye, n_dot_v)
+    _face(vertices, normals, viewpoint, n_dot_v)
     return n_dot_v
 
 
 @kernel
-def _face(vertices: Floats, normals: Floats, eye: Floats, n_dot_v: Floats) -> None:
+def _face(vertices: Floats, normals: Floats, viewpoint: Floats, n_dot_v: Floats) -> None:
     check_columns(vertices, 3)
     check_columns(normals, 3)
     for i in range(len(vertices)):
-        x, y, z = eye[0] - vertices[i, 0], eye[1] - vertices[i, 1], eye[2] - vertices[i, 2]
+        x, y, z = toward(viewpoint, vertices[i, 0], vertices[i, 1], vertices[i, 2])
         dot = x * normals[i, 0] + y * normals[i, 1] + z * normals[i, 2]
         length = math.sqrt(x * x + y * y + z * z)
         n_dot_v[i] = dot / length if length > TINY else 0.0
 
 
 @kernel
-def facing_slope(vertices: Floats, faces: Indices, n_dot_v: Floats, eye: Floats) -> Floats:
+def facing_slope(vertices: Floats, faces: Indices, n_dot_v: Floats, viewpoint: Floats) -> Floats:
     """Derivative of n.v towards the eye (V,), in the mean over the faces around.
 
     Where n.v = 0 it is the radial curvature, up to the error of both, but needs no curvature: it tells which side of a
@@ -66,9 +67,10 @@ def facing_slope(vertices: Floats, faces: Indices, n_dot_v: Floats, eye: Floats)
         x, y, z = p * ax + q * bx + r * cx, p * ay + q * by + r * cy, p * az + q * bz + r * cz
         x, y, z = ny * z - nz * y, nz * x - nx * z, nx * y - ny * x
         weight = math.sqrt(nx * nx + ny * ny + nz * nz)
-        toward = x * (eye[0] - vertices[i, 0]) + y * (eye[1] - vertices[i, 1]) + z * (eye[2] - vertices[i, 2])
+        to_x, to_y, to_z = toward(viewpoint, vertices[i, 0], vertices[i, 1], vertices[i, 2])
+        along = x * to_x + y * to_y + z * to_z
         for v in (i, j, k):
-            slope[v] += toward / weight
+            slope[v] += along / weight
             area[v] += weight
     for v in range(len(slope)):
         slope[v] = slope[v] / area[v] if area[v] > 0.0 else 0.0
@@ -76,25 +78,27 @@ def facing_slope(vertices: Floats, faces: Indices, n_dot_v: Floats, eye: Floats)
 
 
 def radial_curvature(
-    vertices: Floats, normals: Floats, curvatures: Floats, dir1: Floats, eye: Floats
+    vertices: Floats, normals: Floats, curvatures: Floats, dir1: Floats, viewpoint: Floats
 ) -> tuple[Floats, Floats]:
     """Radial curvature times sin^2(theta), kr (V,), and the direction to the eye along dir1 and dir2 (2, V).
 
     The squares of the latter, u and v, add up to sin^2(theta).
     """
     found = np.empty((3, len(vertices)))
-    _bend(vertices, normals, curvatures, dir1, eye, found)
+    _bend(vertices, normals, curvatures, dir1, viewpoint, found)
     return found[0], found[1:]
 
 
 @kernel
-def _bend(vertices: Floats, normals: Floats, curvatures: Floats, dir1: Floats, eye: Floats, found: Floats) -> None:
+def _bend(
+    vertices: Floats, normals: Floats, curvatures: Floats, dir1: Floats, viewpoint: Floats, found: Floats
+) -> None:
     check_columns(vertices, 3)
     check_columns(normals, 3)
     check_columns(curvatures, 2)
     check_columns(dir1, 3)
     for i in range(len(vertices)):
-        x, y, z = eye[0] - vertices[i, 0], eye[1] - vertices[i, 1], eye[2] - vertices[i, 2]
+        x, y, z = toward(viewpoint, vertices[i, 0], vertices[i, 1], vertices[i, 2])
         length = math.sqrt(x * x + y * y + z * z)
         scale = 1.0 / length if length > TINY else 0.0
         nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]

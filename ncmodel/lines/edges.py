@@ -8,6 +8,7 @@ import numpy as np
 from ncmodel.geometry.adjacency import Offsets, Rings
 from ncmodel.geometry.coincident_faces import scrambled
 from ncmodel.geometry.normals_areas import Indices, check_columns, sides_of
+from ncmodel.geometry.view_vectors import toward
 from ncmodel.jit import kernel
 from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mask
 
@@ -66,7 +67,7 @@ def creases(vertices: Floats, rings: Rings, angle: float) -> Edges:
     return _in_face_order(rings, *_sharp(vertices, rings.starts, rings.around, math.cos(angle)))
 
 
-def bent_to(edges: Edges, vertices: Floats, rings: Rings, eye: Floats, angle: float) -> Edges:
+def bent_to(edges: Edges, vertices: Floats, rings: Rings, viewpoint: Floats, angle: float) -> Edges:
     """The edges that an eye sees as such: of those with more than two faces, where those two bend that it sees.
 
     Where an inner wall meets a flat side, or another body touches it along an edge, faces bend sharply; but not those
@@ -76,10 +77,10 @@ def bent_to(edges: Edges, vertices: Floats, rings: Rings, eye: Floats, angle: fl
         edges: Borders or creases.
         vertices: (V, 3).
         rings: The faces around each vertex.
-        eye: Where they are seen from.
+        viewpoint: (4,) where they are seen from.
         angle: Radians that these two faces bend at least.
     """
-    kept = _bent_to(edges.ends, vertices, rings.starts, rings.around, eye, angle)
+    kept = _bent_to(edges.ends, vertices, rings.starts, rings.around, viewpoint, angle)
     return edges if kept.all() else Edges(edges.ends[kept], edges.face[kept])
 
 
@@ -185,7 +186,7 @@ def _cosine_between(vertices: Floats, v: int, far: int, left: int, right: int) -
 
 
 @kernel
-def _bent_to(ends: Ints, vertices: Floats, starts: Offsets, around: Indices, eye: Floats, angle: float) -> Mask:
+def _bent_to(ends: Ints, vertices: Floats, starts: Offsets, around: Indices, viewpoint: Floats, angle: float) -> Mask:
     """(n,) which edges have two faces at most, or bend by more than `angle` between the faces beside the eye's room."""
     kept = np.ones(len(ends), dtype=np.bool_)
     for e in range(len(ends)):
@@ -194,9 +195,11 @@ def _bent_to(ends: Ints, vertices: Floats, starts: Offsets, around: Indices, eye
             i, j = j, i  # a hub's ring is walked for no spoke
         if _sides_between(around, starts[i], starts[i + 1], j) <= 2:
             continue
-        axis, toward = vertices[j] - vertices[i], eye - vertices[i]
+        axis = vertices[j] - vertices[i]
+        x, y, z = toward(viewpoint, vertices[i, 0], vertices[i, 1], vertices[i, 2])
+        sight = np.array([x, y, z])
         axis /= max(math.sqrt(np.sum(axis * axis)), 1e-300)
-        toward -= np.sum(toward * axis) * axis
+        sight -= np.sum(sight * axis) * axis
         # Angles around the edge, from the eye's direction on: the room ends at the first face and at the last one.
         first, last = 2 * math.pi, 0.0
         for n in range(starts[i], starts[i + 1]):
@@ -205,7 +208,7 @@ def _bent_to(ends: Ints, vertices: Floats, starts: Offsets, around: Indices, eye
                     continue
                 away = vertices[third] - vertices[i]
                 away -= np.sum(away * axis) * axis
-                turn = math.atan2(np.sum(np.cross(toward, away) * axis), np.sum(toward * away)) % (2 * math.pi)
+                turn = math.atan2(np.sum(np.cross(sight, away) * axis), np.sum(sight * away)) % (2 * math.pi)
                 first, last = min(first, turn), max(last, turn)
         kept[e] = abs(first + 2 * math.pi - last - math.pi) > angle
     return kept

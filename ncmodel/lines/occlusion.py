@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from ncmodel.camera import DEFAULT_SIZE, Camera
 from ncmodel.geometry.normals_areas import Indices
 from ncmodel.geometry.raycast import RayScene
+from ncmodel.geometry.view_vectors import toward
 from ncmodel.jit import kernel
 from ncmodel.types import Floats, Ints, LineFamily, LineSet, Mask
 
@@ -70,34 +71,35 @@ class Occlusion:
 
     Args:
         lines: Lines in front of the camera.
-        camera: Where the eye is.
+        camera: Where they are seen from.
         scene: What hides them.
         smooth: As `visible_pieces` takes it.
     """
 
     def __init__(self, lines: LineSet, camera: Camera, scene: RayScene, smooth: Smooth | None) -> None:
         self.points, self.face, self.scene = lines.points, lines.face, scene
-        self.eye, self.on_edges = np.asarray(camera.eye, dtype=np.float64), smooth is None
+        self.camera, self.on_edges = camera, smooth is None
         pixels = GRACE_PIXELS if smooth is None else FOLD_PIXELS * min(camera.width, camera.height) / DEFAULT_SIZE
         self.grace = pixels / camera.focal_pixels
         self.surface = smooth or Smooth(scene.vertices, scene.faces, np.zeros((0, 3)))
         self.inwards = _inwards(lines, self.surface) if lines.family is LineFamily.BOUNDARIES else None
-        self.reach = _fold_reach(self.face, self.surface, self.eye) if smooth else np.zeros(len(lines))
+        self.reach = _fold_reach(self.face, self.surface, camera.viewpoint) if smooth else np.zeros(len(lines))
 
     def state(self, segment: Ints, at: Floats) -> NDArray[np.int8]:
         """(N,) hidden, hidden by something near, or seen, for the points `at` along segments."""
         share = at[:, None]
         points = self.points[segment, 0] * (1 - share) + self.points[segment, 1] * share
-        hits = self.scene.hits(self.eye, points - self.eye)
-        distance = np.linalg.norm(points - self.eye, axis=1)
+        rays = self.camera.rays_to(points)
+        hits = self.scene.hits(*rays)
+        distance = np.linalg.norm(rays.directions, axis=1)
         before, touch = distance - hits.distance, self._touch(distance)
         face, reach = self.face[segment], self.reach[segment]
-        state = _judge(points, face, reach, hits.face, before, self.surface, self.eye, touch)
+        state = _judge(points, face, reach, hits.face, before, self.surface, self.camera.viewpoint, touch)
         if self.inwards is not None:
             middle = np.sign(0.5 - at)[:, None] * self.inwards[segment, 1]
             inner = points + (INWARDS * touch)[:, None] * (self.inwards[segment, 0] + middle)
-            _, hit = self.scene.first_hit(self.eye, inner - self.eye)
-            state[_behind(points, face, hit, self.surface, self.eye, touch)] = BEHIND
+            _, hit = self.scene.first_hit(*self.camera.rays_to(inner))
+            state[_behind(points, face, hit, self.surface, self.camera.viewpoint, touch)] = BEHIND
         unseen = (state != SEEN) & (state != BEHIND)
         doubtful = np.flatnonzero(unseen if self.on_edges else state == FOLDED)
         free = self._beside_is_free(points[doubtful], segment[doubtful])
@@ -112,35 +114,36 @@ class Occlusion:
 
     def _beside_is_free(self, points: Floats, segment: Ints) -> Mask:
         """Whether nothing is met before points where they are moved a little to either side of their lines."""
-        away = points - self.eye
-        distance = np.linalg.norm(away, axis=1)
-        aside = np.cross(away, self.points[segment, 1] - self.points[segment, 0])
-        aside *= (self.grace * distance / np.maximum(np.linalg.norm(aside, axis=1), 1e-300))[:, None]
+        rays = self.camera.rays_to(points)
+        distance = np.linalg.norm(rays.directions, axis=1)
+        aside = np.cross(rays.directions, self.points[segment, 1] - self.points[segment, 0])
+        reach = self.grace * self.camera.scale_distance(distance)
+        aside *= (reach / np.maximum(np.linalg.norm(aside, axis=1), 1e-300))[:, None]
         near = distance - self._touch(distance)
-        free = self.scene.first_hit(self.eye, away + aside)[0] >= near
+        free = self.scene.first_hit(*rays.aside(aside))[0] >= near
         rest = np.flatnonzero(~free)
-        free[rest] = self.scene.first_hit(self.eye, (away - aside)[rest])[0] >= near[rest]
+        free[rest] = self.scene.first_hit(*rays.aside(-aside).take(rest))[0] >= near[rest]
         return np.asarray(free)
 
 
 @kernel
-def _fold_reach(face: Ints, surface: Smooth, eye: Floats) -> Floats:
+def _fold_reach(face: Ints, surface: Smooth, viewpoint: Floats) -> Floats:
     """(S,) how far before a line on each `face` its own fold may be met; 0 where there is none."""
     reach = np.zeros(len(face))
     for s in range(len(face)):
-        if _near_fold(surface, face[s], eye, ROUGHNESS):
+        if _near_fold(surface, face[s], viewpoint, ROUGHNESS):
             i, j, k = surface.faces[face[s], 0], surface.faces[face[s], 1], surface.faces[face[s], 2]
             a, b, c = _row(surface.vertices, i), _row(surface.vertices, j), _row(surface.vertices, k)
-            flat, toward = _unit(_cross(_minus(b, a), _minus(c, a))), _unit(_minus((eye[0], eye[1], eye[2]), a))
-            lean = _dot(flat, toward)
-            along = _unit((toward[0] - lean * flat[0], toward[1] - lean * flat[1], toward[2] - lean * flat[2]))
+            flat, sight = _unit(_cross(_minus(b, a), _minus(c, a))), _unit(toward(viewpoint, *a))
+            lean = _dot(flat, sight)
+            along = _unit((sight[0] - lean * flat[0], sight[1] - lean * flat[1], sight[2] - lean * flat[2]))
             at_b, at_c = _dot(_minus(b, a), along), _dot(_minus(c, a), along)
             reach[s] = REACH * (max(0.0, at_b, at_c) - min(0.0, at_b, at_c))
     return reach
 
 
 @kernel
-def _near_fold(surface: Smooth, face: int, eye: Floats, roughness: float) -> bool:
+def _near_fold(surface: Smooth, face: int, viewpoint: Floats, roughness: float) -> bool:
     """Whether the smooth surface may turn from the eye within a face or two.
 
     The flat face is off the smooth surface by the angles between its normal and its corners'. If the surface faces the
@@ -149,11 +152,11 @@ def _near_fold(surface: Smooth, face: int, eye: Floats, roughness: float) -> boo
     vertices, faces, normals = surface
     i, j, k = faces[face, 0], faces[face, 1], faces[face, 2]
     a, b, c = _row(vertices, i), _row(vertices, j), _row(vertices, k)
-    toward = _unit(_minus((eye[0], eye[1], eye[2]), a))
-    lean = _dot(_unit(_cross(_minus(b, a), _minus(c, a))), toward)
+    sight = _unit(toward(viewpoint, *a))
+    lean = _dot(_unit(_cross(_minus(b, a), _minus(c, a))), sight)
     low, high, off = np.inf, -np.inf, 0.0
     for corner in (i, j, k):
-        facing = _dot(_row(normals, corner), toward)
+        facing = _dot(_row(normals, corner), sight)
         low, high, off = min(low, facing), max(high, facing), max(off, abs(facing - lean))
     return bool(max(low, -high) <= roughness * off)
 
@@ -166,7 +169,7 @@ def _judge(
     hit: Ints,
     before: Floats,
     surface: Smooth,
-    eye: Floats,
+    viewpoint: Floats,
     touch: Floats,
 ) -> NDArray[np.int8]:
     """States of (N, 3) points on faces, given which faces their rays hit and how far before them.
@@ -184,7 +187,7 @@ def _judge(
             continue
         if before[n] > reach[n]:
             state[n] = HIDDEN_NEARBY if before[n] <= reach[n] * GAP_REACH / REACH else HIDDEN
-        elif _turned_alike(surface, face[n], hit[n]) and _near_fold(surface, hit[n], eye, 2 * ROUGHNESS):
+        elif _turned_alike(surface, face[n], hit[n]) and _near_fold(surface, hit[n], viewpoint, 2 * ROUGHNESS):
             state[n] = FOLDED
         else:
             state[n] = HIDDEN_NEARBY
@@ -201,7 +204,7 @@ def _inwards(lines: LineSet, surface: Smooth) -> Floats:
 
 
 @kernel
-def _behind(points: Floats, face: Ints, hit: Ints, surface: Smooth, eye: Floats, touch: Floats) -> Mask:
+def _behind(points: Floats, face: Ints, hit: Ints, surface: Smooth, viewpoint: Floats, touch: Floats) -> Mask:
     """(N,) which points on borders of faces lie on another face hit before these, one apart from them, at its back."""
     vertices, faces, _ = surface
     found = np.zeros(len(points), np.bool_)
@@ -211,7 +214,7 @@ def _behind(points: Floats, face: Ints, hit: Ints, surface: Smooth, eye: Floats,
         i, j, k = faces[hit[n], 0], faces[hit[n], 1], faces[hit[n], 2]
         a = _row(vertices, i)
         across = _unit(_cross(_minus(_row(vertices, j), a), _minus(_row(vertices, k), a)))
-        side = 1.0 if _dot(across, _minus((eye[0], eye[1], eye[2]), a)) > 0.0 else -1.0
+        side = 1.0 if _dot(across, toward(viewpoint, *a)) > 0.0 else -1.0
         found[n] = abs(_dot(across, _minus(_row(points, n), a))) <= touch[n]
         lowest = 0.0
         for c in range(3):

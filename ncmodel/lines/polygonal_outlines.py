@@ -19,6 +19,7 @@ from ncmodel.export.rasterize import row_span
 from ncmodel.geometry.adjacency import Offsets, Rings
 from ncmodel.geometry.normals_areas import Indices, check_columns, sides_of
 from ncmodel.geometry.raycast import RayScene
+from ncmodel.geometry.view_vectors import toward
 from ncmodel.jit import kernel
 from ncmodel.lines.chaining import connected, shared_ends
 from ncmodel.lines.edges import Edges
@@ -76,7 +77,7 @@ def folds(shape: Polygons, camera: Camera) -> LineSet:
         camera: Where they are seen from.
     """
     vertices, faces, rings, scene, _ = shape
-    turned = _turned(vertices, faces, np.asarray(camera.eye, dtype=np.float64))
+    turned = _turned(vertices, faces, camera.viewpoint)
     start, end, face = _folds(rings.starts, rings.around, rings.face, turned)
     edges = Edges(np.stack([start, end], axis=1), face).lines(LineFamily.CONTOURS, vertices)
     framed = in_frame(edges, camera, scene)
@@ -240,18 +241,17 @@ def _step(lines: LineSet, shape: Polygons, camera: Camera) -> Floats:
     What is seen beside a segment is followed back to it, as a surface seen at a grazing angle recedes much in a pixel.
     Another body counts as `STEP` at least.
     """
-    eye = np.asarray(camera.eye)
-    away = lines.points.mean(axis=1) - eye
-    distance = np.linalg.norm(away, axis=1)
-    aside = np.cross(away, lines.points[:, 1] - lines.points[:, 0])
+    rays = camera.rays_to(lines.points.mean(axis=1))
+    distance = np.linalg.norm(rays.directions, axis=1)
+    aside = np.cross(rays.directions, lines.points[:, 1] - lines.points[:, 0])
     aside /= np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), 1e-300)
-    aside *= (ASIDE_PIXELS * distance / camera.focal_pixels)[:, None]
+    aside *= (ASIDE_PIXELS * camera.scale_distance(distance) / camera.focal_pixels)[:, None]
     step, radius = np.zeros(len(lines)), shape.scene.radius
     for side in (aside, -aside):
-        beside, face = shape.scene.first_hit(eye, away + side)
+        beside, face = shape.scene.first_hit(*rays.aside(side))
         receding = np.zeros(len(lines))
         deep = np.flatnonzero(np.isfinite(beside) & (beside - distance > TOUCH * radius))
-        beyond = shape.scene.first_hit(eye, (away + 2.0 * side)[deep])[0]
+        beyond = shape.scene.first_hit(*rays.aside(2.0 * side).take(deep))[0]
         receding[deep] = np.where(np.isfinite(beyond), np.maximum(beyond - beside[deep], 0.0), 0.0)
         farther = (beside - receding - distance) / radius
         other = (farther > TOUCH) & (face >= 0) & (shape.shells[face] != shape.shells[lines.face])
@@ -266,7 +266,7 @@ def _with_neighbours(points: Floats, chosen: Ints) -> Mask:
 
 
 @kernel
-def _turned(vertices: Floats, faces: Indices, eye: Floats) -> NDArray[np.int8]:
+def _turned(vertices: Floats, faces: Indices, viewpoint: Floats) -> NDArray[np.int8]:
     """(F,) 1 for faces turned to the eye, -1 for all others.
 
     However degenerate faces and those seen edge-on count, the edges between both kinds are closed lines.
@@ -277,9 +277,8 @@ def _turned(vertices: Floats, faces: Indices, eye: Floats) -> NDArray[np.int8]:
     for f in range(len(faces)):
         i = faces[f, 0]
         sides, flat = sides_of(vertices, i, faces[f, 1], faces[f, 2])
-        x, y, z = eye[0] - vertices[i, 0], eye[1] - vertices[i, 1], eye[2] - vertices[i, 2]
-        toward = sides[9] * x + sides[10] * y + sides[11] * z
-        turned[f] = 1 if toward > 0.0 and not flat else -1
+        x, y, z = toward(viewpoint, vertices[i, 0], vertices[i, 1], vertices[i, 2])
+        turned[f] = 1 if sides[9] * x + sides[10] * y + sides[11] * z > 0.0 and not flat else -1
     return turned
 
 

@@ -65,6 +65,21 @@ def facing_only(lines: LineSet, faces: Indices, n_dot_v: Floats) -> LineSet:
     return lines.take(facing[:, 0] | facing[:, 1] | facing[:, 2])
 
 
+def resolved_in_view(lines: LineSet, faces: Indices, n_dot_v: Floats) -> LineSet:
+    """The segments on faces that are small enough to tell the view-dependent curvature there, which grows as 1 / n.v.
+
+    Where n.v changes by more from corner to corner of a face than it is at the least of them, as on the few facets of a
+    hole's wall that turn away, q1 jumps from row to row of faces: its maxima are the tessellation's.
+
+    Args:
+        lines: Apparent ridges.
+        faces: (F, 3).
+        n_dot_v: (V,).
+    """
+    corners = n_dot_v.take(faces.take(lines.face, axis=0))
+    return lines.take(np.abs(corners).min(axis=1) >= np.ptp(corners, axis=1))
+
+
 @kernel
 def _crossed_faces(faces: Indices, direction: Floats, derivative: Floats) -> Indices:
     """Faces with slopes that point apart on two sides or more."""

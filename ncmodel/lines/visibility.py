@@ -117,9 +117,9 @@ def _in_frame(points: Floats, camera: Camera, near: float) -> tuple[Floats, Floa
     A point is inside if it is on the inner side of five planes through or before the eye (Liang and Barsky's clipping).
     """
     x, y, depth = camera.local(points)
-    x, y = camera.focal_pixels * x, camera.focal_pixels * y
-    right = (camera.width / 2 + FRAME_MARGIN) * depth
-    top = (camera.height / 2 + FRAME_MARGIN) * depth
+    x, y, scale = camera.focal_pixels * x, camera.focal_pixels * y, camera.scale_distance(depth)
+    right = (camera.width / 2 + FRAME_MARGIN) * scale
+    top = (camera.height / 2 + FRAME_MARGIN) * scale
     start, end = np.zeros(len(points)), np.ones(len(points))
     for inside in (depth - near, right - x, right + x, top - y, top + y):
         first, last = inside[:, 0], inside[:, 1]
@@ -141,7 +141,7 @@ def _sample(points: Floats, camera: Camera, spacing: float) -> _Samples:
     share = (np.arange(first[-1]) - first[segment]) / np.maximum(count - 1, 1)[segment]
     share[count[segment] == 1] = 0.5
     # Even steps on the picture are uneven ones on the line, in perspective.
-    near, far = projected[segment, 0, 2], projected[segment, 1, 2]
+    near, far = (camera.scale_distance(projected[segment, end, 2]) for end in (0, 1))
     at = share * near / (share * near + (1 - share) * far)
     return _Samples(segment, at, (length / count)[segment], first)
 

@@ -14,7 +14,6 @@ shift = 0.04
 """
 
 import math
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
 from pathlib import Path
@@ -22,6 +21,7 @@ from typing import Any
 
 from ncmodel.errors import InputError
 from ncmodel.nets.presets import Preset, Rates, Variation
+from ncmodel.parsing import parse_toml
 
 STAGES = {"ranker": "ranker", "translator": "translator", "finetune": "finetune", "statistics": "counting"}
 """Table -> what the preset calls it."""
@@ -55,7 +55,7 @@ def with_settings(preset: Preset, path: str | Path) -> Preset:
         InputError: The file can't be read, or has an unknown key or a value that makes no sense.
     """
     try:
-        found = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        found = parse_toml(Path(path).read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError(path, f"can't be read ({error.strerror})", "a TOML file of training settings") from error
     except ValueError as error:

@@ -55,7 +55,7 @@ def _off(data: bytes) -> Content:
     if not re.match(rb"\s*\d+\s+\d+(?:\s|$)", counts):
         raise ValueError(f"{counts[:40].decode('utf-8', 'replace')!r} for counts of vertices and faces")
     vertex_count, face_count = (int(count) for count in counts.split()[:2])
-    if len(lines) < vertex_count + face_count:
+    if (behind := len(lines) - vertex_count - face_count) < 0:
         raise ValueError(f"{len(lines)} lines for {vertex_count} vertices and {face_count} faces")
     width = len(lines[0].split()) if vertex_count else 3
     vertices = numbers(b" ".join(lines[:vertex_count]))
@@ -68,12 +68,14 @@ def _off(data: bytes) -> Content:
     corners = np.array([corner for polygon in polygons for corner in polygon], dtype=np.int64)
     if sizes.sum() != len(corners):
         raise ValueError("a face with fewer corners than it says")
-    return Content(vertices, triangulate(vertices, corners, sizes))
+    notes = (f"{behind} lines behind the last of {face_count} faces are passed over",) if behind else ()
+    return Content(vertices, triangulate(vertices, corners, sizes), notes)
 
 
 def _xyz(data: bytes) -> Content:
     """Points alone, one a line: what follows their coordinates is passed over."""
-    lines = [line for line in re.sub(rb"#[^\r\n]*", b"", data).splitlines() if line.strip()]
+    # "-1.#IND" is no remark, but how Windows wrote what is no number.
+    lines = [line for line in re.sub(rb"(?<!\d\.)#[^\r\n]*", b"", data).splitlines() if line.strip()]
     counted, names = None, b""
     for _ in range(_HEADER_LINES):
         if lines and re.fullmatch(rb"\s*\d+\s*", lines[0]):

@@ -28,6 +28,7 @@ _VISIBILITY = "KHR_node_visibility"
 _SPLATS = "KHR_gaussian_splatting"
 _INSTANCES = "EXT_mesh_gpu_instancing"
 _JSON, _BINARY = 0x4E4F534A, 0x004E4942
+_MAGIC = b"glTF"
 
 
 def read_gltf(path: Path, data: bytes) -> Content:
@@ -53,7 +54,7 @@ class _Scene:
 
     def __init__(self, path: Path, data: bytes) -> None:
         self.path = path
-        self.inside, text = _chunks(data) if path.suffix.lower() == ".glb" else (b"", data)
+        self.inside, text, self.behind = _chunks(data) if path.suffix.lower() == ".glb" else (b"", data, 0)
         self.root: Record = json.loads(text)
         version = self.root["asset"]["version"]
         if not str(version).startswith("2."):
@@ -85,6 +86,8 @@ class _Scene:
         notes = [f"{len(hidden)} hidden nodes aren't drawn"] if hidden else []
         if len(located) < len(found):
             notes.append(f"{len(found) - len(located)} parts without positions are passed over")
+        if self.behind:
+            notes.append(f"a second file in it, of {self.behind} bytes, is passed over")
         return Content(*joined(shown), tuple(notes))
 
     def _placements(self) -> tuple[dict[int, Floats], set[int]]:
@@ -175,20 +178,21 @@ class _Scene:
         return self.buffers[index]
 
 
-def _chunks(data: bytes) -> tuple[bytes, bytes]:
-    """The binary and the JSON chunk of a .glb file."""
-    if data[:4] != b"glTF":
+def _chunks(data: bytes) -> tuple[bytes, bytes, int]:
+    """The binary and the JSON chunk of a .glb file, and how many bytes of another one lie behind it."""
+    if data[:4] != _MAGIC:
         raise ValueError("no glTF header")
     version, at = struct.unpack_from("<I", data, 4)[0], 12
     if version != 2:
         raise ValueError(f"glTF {version}, where 2.0 is read")
     found: dict[int, bytes] = {}
-    while at + 8 <= len(data):
+    while at + 8 <= len(data) and data[at : at + 4] != _MAGIC:
         length, kind = struct.unpack_from("<II", data, at)
         found.setdefault(kind, data[at + 8 : at + 8 + length])
         at += 8 + length
     # Chunks are padded to four bytes, by blanks as they should be or by zeros.
-    return found.get(_BINARY, b""), found[_JSON].rstrip(b"\0")
+    behind = len(data) - at if data[at : at + 4] == _MAGIC else 0
+    return found.get(_BINARY, b""), found[_JSON].rstrip(b"\0"), behind
 
 
 def beside(uri: str, model: Path) -> Path:

@@ -9,7 +9,9 @@ from ncmodel.types import Floats
 
 
 def numbers(text: bytes) -> Floats:
-    """All numbers of a text that holds nothing but numbers and white space; Fortran's exponents (1.5D+02), too.
+    """All numbers of a text that holds nothing but numbers and white space.
+
+    Fortran's exponents (1.5D+02) are read, and how Windows wrote what is no number (-1.#IND).
 
     Raises:
         ValueError: Something in it isn't a number.
@@ -20,6 +22,7 @@ def numbers(text: bytes) -> Floats:
         return _plain(text)
     except (DeprecationWarning, ValueError):  # numpy before and from 2.3
         text = re.sub(rb"(?<=[\d.])[dD](?=[-+]?\d)", b"e", text)
+        text = re.sub(rb"\b1\.#(?:IND|[QS]?NAN|INF)\d*", b"nan", text)
     try:
         return _plain(text)
     except (DeprecationWarning, ValueError) as error:

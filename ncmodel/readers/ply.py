@@ -25,6 +25,9 @@ _SPLATS = ({"scale_0", "rot_0", "opacity"}, {"packed_position", "packed_rotation
 _AGAIN = " again"
 """Behind the name of a property that an element has already; no name has a blank of its own."""
 
+_FILLING = b"\0\x1a \t\r\n"
+"""What may stand behind the data of a binary file."""
+
 _MOST_AGAIN = 100
 """Times that a property may be there once more; files in use have it at most twice."""
 
@@ -77,6 +80,8 @@ def read_ply(data: bytes) -> Content:
         for p in element.properties
         if p.name.split()[0] in _READ and p.name.endswith(_AGAIN)
     ]
+    if reader.left:
+        notes.append(f"{reader.left} behind what the header counts are passed over")
     return Content(vertices, faces, tuple(notes))
 
 
@@ -176,6 +181,12 @@ class _Text:
     def __init__(self, values: Floats) -> None:
         self.values, self.at = values, 0
 
+    @property
+    def left(self) -> str:
+        """What hasn't been read, in words; "" where nothing is left."""
+        count = len(self.values) - self.at
+        return f"{count} numbers" if count else ""
+
     def read(self, element: _Element) -> _Columns:
         """The columns of one element."""
         lists = [bool(p.count_type) for p in element.properties]
@@ -213,6 +224,11 @@ class _Binary:
 
     def __init__(self, data: bytes, order: str) -> None:
         self.data, self.order, self.at = data, order, 0
+
+    @property
+    def left(self) -> str:
+        """What hasn't been read, in words; "" where nothing but filling is left."""
+        return f"{len(self.data) - self.at} bytes" if self.data[self.at :].strip(_FILLING) else ""
 
     def read(self, element: _Element) -> _Columns:
         """The columns of one element."""

@@ -1,7 +1,8 @@
 """Reports: one HTML file with everything in it, which opens from disk without a network.
 
-A report is a title and sections; a section holds blocks: text, facts, tables, grids of pictures, plots, and parts that
-fold away. The page's template decides how they look; those who write reports only say what is in them.
+A report is a title and sections; a section holds blocks: text, facts, tables, grids of pictures, plots, links to
+other pages, and parts that fold away. The page's template decides how they look; those who write reports only say what
+is in them.
 """
 
 from collections.abc import Sequence
@@ -114,7 +115,19 @@ class Fold:
     blocks: "Sequence[Block]"
 
 
-Block = Text | Facts | Table | Grid | Plot | Fold
+@dataclass(frozen=True)
+class Links:
+    """Other pages of the report, files beside it.
+
+    Attributes:
+        items: What is there, and where from this page: a relative path.
+    """
+
+    kind: ClassVar[str] = "links"
+    items: Sequence[tuple[str, str]]
+
+
+Block = Text | Facts | Table | Grid | Plot | Links | Fold
 
 
 @dataclass(frozen=True)

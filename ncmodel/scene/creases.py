@@ -14,6 +14,7 @@ from ncmodel.geometry.adjacency import Rings
 from ncmodel.geometry.normals_areas import Indices, sides_of
 from ncmodel.geometry.planar_regions import flat_faces
 from ncmodel.geometry.raycast import RayScene
+from ncmodel.geometry.view_vectors import view_vectors
 from ncmodel.jit import kernel
 from ncmodel.lines.chaining import chain, connected
 from ncmodel.lines.edges import Edges
@@ -50,17 +51,17 @@ class CreaseLines:
     flanks: Ints
     strips: Edges
 
-    def seen_from(self, eye: Floats, vertices: Floats, faces: Indices) -> Edges:
+    def seen_from(self, viewpoint: Floats, vertices: Floats, faces: Indices) -> Edges:
         """The lines that are drawn: where one flank looks away, a rounded edge has an outline, which isn't its middle.
 
         Args:
-            eye: (3,) where from.
+            viewpoint: (4,) where from.
             vertices: (V, 3).
             faces: (F, 3).
         """
         corners = vertices[faces[self.flanks]]
         normals = np.cross(corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :])
-        facing = np.einsum("ijk,ijk->ij", normals, eye - corners[..., 0, :]) > 0.0
+        facing = np.einsum("ijk,ijk->ij", normals, view_vectors(viewpoint, corners[..., 0, :])) > 0.0
         return self.sharp.joined(self.rounded.take(facing[:, 0] == facing[:, 1]))
 
 

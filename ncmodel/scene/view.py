@@ -35,7 +35,6 @@ class View:
     def __init__(self, surface: Surface, camera: Camera, crease_angle: float = CREASE_ANGLE) -> None:
         self.surface, self.camera, self.crease_angle = surface, camera, crease_angle
         self.mesh, self.trace = surface.mesh, surface.trace
-        self.eye = np.asarray(camera.eye, dtype=np.float64)
         self._lines: dict[LineFamily, LineSet] = {}
         self._visible: dict[tuple[LineFamily, float], LineSet] = {}
         self._outlined: dict[float, FaceOutlines] = {}
@@ -44,13 +43,15 @@ class View:
     @stage
     def n_dot_v(self) -> Floats:
         """(V,) cosine between normal and direction to the eye."""
-        return view_curvature.facing(self.mesh.vertices, self.surface.normals, self.eye)
+        return view_curvature.facing(self.mesh.vertices, self.surface.normals, self.camera.viewpoint)
 
     @stage
     def radial_curvature(self) -> tuple[Floats, Floats]:
         """(V,) kr and (2, V) the direction to the eye along dir1 and dir2."""
         vertices, surface = self.mesh.vertices, self.surface
-        return view_curvature.radial_curvature(vertices, surface.normals, surface.curvatures, surface.dir1, self.eye)
+        return view_curvature.radial_curvature(
+            vertices, surface.normals, surface.curvatures, surface.dir1, self.camera.viewpoint
+        )
 
     @property
     def kr(self) -> Floats:
@@ -95,7 +96,7 @@ class View:
     @stage
     def facing_slope(self) -> Floats:
         """(V,) derivative of n.v towards the eye: the sign of kr on contours, from normals alone."""
-        return view_curvature.facing_slope(self.mesh.vertices, self.surface.faces, self.n_dot_v, self.eye)
+        return view_curvature.facing_slope(self.mesh.vertices, self.surface.faces, self.n_dot_v, self.camera.viewpoint)
 
     @stage
     def outlines(self) -> LineSet:
@@ -121,7 +122,7 @@ class View:
     def shaded(self) -> shading.Images:
         """(6, H, W) max(n.v, 0) with normals smoothed at sigma = 0..5 median edges, background 1."""
         normals, faces = self.surface.smoothed_normals, self.surface.faces
-        return shading.shade(self.buffers, faces, self.mesh.vertices, normals, self.eye)
+        return shading.shade(self.buffers, faces, self.mesh.vertices, normals, self.camera.viewpoint)
 
     def feature_map(self, family: LineFamily) -> Image:
         """(H, W) the quantity that a filtered family's threshold is compared with, on the seen surface; background 0.
@@ -171,17 +172,17 @@ class View:
             surface, whole, angle = self.surface, self.surface.whole, self.crease_angle
             vertices = whole.mesh.vertices
             if family is LineFamily.CREASES:
-                found = creases.crease_lines(surface, angle).seen_from(self.eye, vertices, whole.faces)
+                found = creases.crease_lines(surface, angle).seen_from(self.camera.viewpoint, vertices, whole.faces)
             else:
                 found = surface.boundary_edges
             if len(found):
-                found = bent_to(found, vertices, whole.rings, self.eye, math.radians(angle))
+                found = bent_to(found, vertices, whole.rings, self.camera.viewpoint, math.radians(angle))
             return found.lines(family, vertices)
         return creases.off_flats(self.lines(family), self.surface)
 
     def beyond(self, pixels: Floats) -> Mask:
         """(N,) True for the (N, 2) pixels beyond the shape, where the background is seen."""
-        return np.asarray(self.surface.scene.first_hit(self.eye, self.camera.rays(pixels))[1] < 0)
+        return np.asarray(self.surface.scene.first_hit(*self.camera.rays(pixels))[1] < 0)
 
     def unhidden(self, lines: LineSet, sample_pixels: float = 1.0) -> LineSet:
         """The parts of lines that the camera sees.

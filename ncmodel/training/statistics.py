@@ -12,7 +12,7 @@ from torch import Tensor, nn
 
 from ncmodel.arrays import read_arrays
 from ncmodel.data.data_folder import DataFolder
-from ncmodel.data.item import DRAWINGS, Item
+from ncmodel.data.item import Item
 from ncmodel.data.pairs import Pair
 from ncmodel.drawing.settings import Levels
 from ncmodel.errors import InputError, UsageError
@@ -77,7 +77,7 @@ class DrawingNumbers:
             masks = _layer_masks(folder, levels)
             maps = [np.asarray(read_grey(path), dtype=np.float32) for path in self.data.map_paths(item)]
             found = statistics(masks, levels.members, maps[0], np.stack(maps[1:]))
-            medoids = _medoids(self.data.selection_path(item))
+            medoids = np.array(self.data.medoids(item))
             self._known[item] = found, np.where(medoids < len(levels.members), medoids, -1)
         return self._known[item]
 
@@ -101,16 +101,6 @@ def _layer_masks(folder: Path, levels: Levels) -> Mask:
         raise InputError(archive, f"ink of shape {ink.shape} for {len(found)} candidates", wrote)
     chosen, width = ink[[found.index(layers) for layers in single]], int(shape[2])
     return np.unpackbits(chosen, axis=-1, count=width).astype(np.bool_)
-
-
-def _medoids(path: Path) -> Ints:
-    try:
-        medoids = np.array(parse_json(path.read_text(encoding="utf-8"))["medoids"], dtype=np.int64)
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(path, f"can't be read ({type(error).__name__})", "what `dataset build` wrote") from error
-    if medoids.shape != (DRAWINGS,):
-        raise InputError(path, f"medoids of shape {medoids.shape}", f"{DRAWINGS} numbers")
-    return medoids
 
 
 @dataclass(frozen=True, eq=False)

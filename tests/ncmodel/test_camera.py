@@ -4,9 +4,10 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from ncmodel.camera import Camera
+from ncmodel.camera import PROJECTIONS, Camera
 from ncmodel.errors import InputError
 from ncmodel.files import write_text
 
@@ -22,6 +23,36 @@ def test_a_camera_is_read_and_written(start: str, tmp_path: Path) -> None:
     assert Camera.load(tmp_path / "a.json") == CAMERA
     (tmp_path / "b.json").write_text(CAMERA.to_json(), encoding="utf-8")
     assert Camera.load(tmp_path / "b.json") == CAMERA
+
+
+def test_an_orthographic_camera_is_read_and_written(tmp_path: Path) -> None:
+    """Its scale stands in place of the focal length, which such a file may have for others."""
+    camera = Camera((1.0, 2.5, 3.0), width=90, height=60, focal_pixels=20.0, projection="orthographic")
+    record = {k: v for k, v in RECORD.items() if k != "focal_pixels"}
+    record |= {"projection": "orthographic", "pixels_per_unit": 20}
+    assert json.loads(camera.to_json()) == record
+    for there in (record, record | {"focal_pixels": 100}):
+        (tmp_path / "a.json").write_text(json.dumps(there), encoding="utf-8")
+        assert Camera.load(tmp_path / "a.json") == camera
+    (tmp_path / "b.json").write_text(json.dumps(RECORD | {"projection": "perspective"}), encoding="utf-8")
+    assert Camera.load(tmp_path / "b.json") == CAMERA
+
+
+def test_without_perspective_the_target_is_as_large() -> None:
+    flat = CAMERA.projected("orthographic")
+    beside = 1e-3 * CAMERA.rotation[:2]
+    assert flat.project(beside)[:, :2] == pytest.approx(CAMERA.project(beside)[:, :2], abs=1e-9)
+    assert flat.projected("orthographic") == flat
+    assert flat.projected("perspective").focal_pixels == pytest.approx(CAMERA.focal_pixels)
+
+
+@pytest.mark.parametrize("projection", PROJECTIONS)
+def test_lines_of_sight_lead_to_what_is_seen_there(projection: str) -> None:
+    camera = CAMERA.projected(projection)
+    points = np.random.default_rng(0).uniform(-0.5, 0.5, (50, 3))
+    pixels = camera.project(points)
+    assert camera.rays(pixels[:, :2]).at(pixels[:, 2]) == pytest.approx(points)
+    assert camera.rays_to(points).at(np.ones(50)) == pytest.approx(points)
 
 
 def test_up_along_the_line_of_sight_leaves_the_roll_open() -> None:
@@ -47,6 +78,8 @@ WRONG: dict[str, tuple[Any, str]] = {
     "infinite": ({**RECORD, "eye": [10**400, 0, 0]}, "all numbers must be finite"),
     "far": ({**RECORD, "eye": [1e13, 0, 0]}, r"found 1e\+13, expected numbers up to 1e\+12"),
     "nowhere to look": ({**RECORD, "eye": [0, 0, 0]}, "eye and target are both"),
+    "fisheye": ({**RECORD, "projection": "fisheye"}, "projection is 'fisheye', expected one of perspective, orth"),
+    "no scale": ({**RECORD, "projection": "orthographic"}, "expected a JSON object with the keys .*pixels_per_unit"),
     "no up": ({**RECORD, "up": [0, 0, 0]}, "expected a direction"),
 }
 

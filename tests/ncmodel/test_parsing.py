@@ -9,9 +9,12 @@ from dataset_tools.build.manifest import read_manifest
 from dataset_tools.questionnaires.questionnaire import read_key
 from ncmodel.camera import Camera
 from ncmodel.config import read_config
+from ncmodel.data.data_folder import DataFolder
+from ncmodel.data.item import Item
 from ncmodel.data.pairs import read_pairs
 from ncmodel.errors import InputError
-from ncmodel.nets.presets import Variation
+from ncmodel.nets.preset_settings import with_settings
+from ncmodel.nets.presets import PRESETS, Variation
 from ncmodel.parsing import parse_json, parse_toml
 
 DEPTH = 100_000
@@ -36,12 +39,15 @@ def test_endless_toml_is_a_value_error(text: str) -> None:
         ("camera.json", Camera.load),
         ("key.json", lambda path: read_key(path.parent)),
         ("config.toml", lambda path: read_config(Variation, path)),
+        ("training.toml", lambda path: with_settings(PRESETS["tiny"], path)),
+        ("selection.json", lambda path: DataFolder(path.parents[2]).medoids(Item("a", "0"))),
     ],
 )
 def test_files_nested_without_end_are_one_line(tmp_path: Path, name: str, read: Callable[[Path], object]) -> None:
-    path = tmp_path / name
+    path = tmp_path / ("views/a_0/selection.json" if name == "selection.json" else name)
+    path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(("a = " if path.suffix == ".toml" else "") + "[" * DEPTH, encoding="utf-8")
-    with pytest.raises(InputError, match=rf"{name}.*nested too deeply") as raised:
+    with pytest.raises(InputError, match=rf"{name}.*(nested too deeply|ValueError)") as raised:
         read(path)
     assert "\n" not in str(raised.value)
 

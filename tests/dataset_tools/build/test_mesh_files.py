@@ -62,6 +62,8 @@ def test_shapes_are_named_after_their_paths(tmp_path: Path) -> None:
 
 def test_what_systems_leave_behind_is_no_mesh(tmp_path: Path) -> None:
     touch(tmp_path, "ball.obj", "._ball.obj", ".trash/old.obj", "__MACOSX/._ball.obj", "__MACOSX/sub/x.obj")
+    touch(tmp_path, "~$ball.obj", "$Recycle.Bin/a.obj", "System Volume Information/a.obj", "@eaDir/a.obj")
+    touch(tmp_path, "lost+found/a.obj", "Thumbs.db", "desktop.ini", "ball.obj~", ".DS_Store")
     assert places(tmp_path) == ["ball.obj"]
 
 

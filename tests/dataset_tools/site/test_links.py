@@ -32,6 +32,20 @@ def test_only_signed_links_are_let_in(batch: Path, tmp_path: Path) -> None:
     site.state.store.close()
 
 
+def test_numbers_that_somebody_made_up_take_no_places(batch: Path, tmp_path: Path) -> None:
+    site = app(batch, tmp_path, link_token=TOKEN)
+    client = TestClient(site, base_url="http://localhost", follow_redirects=False)
+    for number in range(17):
+        sent = {
+            "PROLIFIC_PID": f"p{number}",
+            "sig": signature("a token that was guessed", f"p{number}"),
+            "agree": "yes",
+        }
+        assert client.post("/start", data=sent).status_code == 400
+    assert site.state.store.assignments() == []
+    site.state.store.close()
+
+
 def test_links_of_a_list_open_the_site(tmp_path: Path) -> None:
     (tmp_path / "people.txt").write_text("anna\nben\n\n")
     command = ["crowd", "links", "--db", str(tmp_path / "votes.sqlite"), "--base-url", "https://study.example/"]

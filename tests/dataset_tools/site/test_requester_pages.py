@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import pytest
 from starlette.applications import Starlette
 from starlette.testclient import TestClient
 
@@ -31,6 +32,23 @@ def test_the_requester_sees_counts_and_downloads_results(
     once = ingest_results(batch, [tmp_path / "results.csv"], tmp_path / "votes.csv")
     both = ingest_results(batch, [tmp_path / "results.csv", tmp_path / "votes.sqlite"], tmp_path / "votes.csv")
     assert (once.votes, once.sources, both.votes, both.problems) == (5, {"site": 1}, 0, [])
+
+
+@pytest.mark.parametrize(("proxies", "sent"), [(0, "10.0.0.{}"), (1, "10.0.0.{}, 9.9.9.9")])
+def test_addresses_that_somebody_made_up_give_no_more_tries(
+    batch: Path, tmp_path: Path, proxies: int, sent: str
+) -> None:
+    """What our own proxy adds to X-Forwarded-For counts, and nothing before it."""
+    site = app(batch, tmp_path, RateLimits(logins=(3, 0.0)), proxies=proxies)
+    client = TestClient(site, base_url="http://localhost")
+    tried = [
+        client.post(
+            "/admin/login", data={"token": "wrong" * 6}, headers={"X-Forwarded-For": sent.format(n)}
+        ).status_code
+        for n in range(5)
+    ]
+    assert tried == [401, 401, 401, 429, 429]
+    site.state.store.close()
 
 
 def test_wrong_bearer_tokens_are_counted(batch: Path, tmp_path: Path) -> None:

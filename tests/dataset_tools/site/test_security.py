@@ -68,6 +68,18 @@ def test_pages_that_are_none_have_the_same_headers(site: Starlette, monkeypatch:
             assert reply.headers[name] == value, (status, name)
 
 
+@pytest.mark.parametrize("host", ["[x", "[::1", "a b", "", ":", "x:y", "\xe9vil"])
+@pytest.mark.parametrize("public_url", ["", "https://study.example"])
+def test_hosts_that_are_none_are_no_failure(batch: Path, tmp_path: Path, host: str, public_url: str) -> None:
+    site = app(batch, tmp_path, public_url=public_url)
+    client = TestClient(site, base_url="http://localhost", follow_redirects=False)
+    heads = {"Host": host.encode("latin-1"), "Origin": b"https://other.example"}
+    for page in ("/", "/questions", "/nothing/", "/admin", "/images/x.png", "/start"):
+        assert client.get(page, headers=heads).status_code < 500  # type: ignore[arg-type]
+    assert client.post("/start", data={"PROLIFIC_PID": "b", "agree": "yes"}, headers=heads).status_code == 403  # type: ignore[arg-type]
+    site.state.store.close()
+
+
 def test_cookies_are_for_tls_only_behind_a_public_address(batch: Path, tmp_path: Path) -> None:
     site = app(batch, tmp_path, public_url="https://study.example")
     client = TestClient(site, base_url="http://127.0.0.1:8000", follow_redirects=False)

@@ -3,10 +3,7 @@
 import time
 from pathlib import Path
 
-import pytest
-
 from dataset_tools.votes.results_csv import Answered, read_csv_results
-from ncmodel.errors import InputError
 
 
 def test_a_header_of_very_many_columns_is_read_in_time(tmp_path: Path) -> None:
@@ -18,6 +15,7 @@ def test_a_header_of_very_many_columns_is_read_in_time(tmp_path: Path) -> None:
     assert isinstance(answered, Answered)
     assert len(answered.answers) == 100_000
     assert time.process_time() - begin < 20
-    path.write_text(",".join([*names, names[-1]]) + "\n")
-    with pytest.raises(InputError, match=f"column {names[-1]} twice"):
-        list(read_csv_results(path))
+    path.write_text(",".join([*names, names[-1]]) + "\n" + ",".join(["a", "b", "w", *("1" for _ in names[2:])]) + "\n")
+    (same,) = read_csv_results(path)
+    assert isinstance(same, Answered)
+    assert same.answers == answered.answers

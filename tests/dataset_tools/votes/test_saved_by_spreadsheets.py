@@ -42,7 +42,7 @@ def with_empty_cells_at_the_end() -> bytes:
     return "\n".join([lines[0], *(f"{line},,," for line in lines[1:])]).encode()
 
 
-def one_column_a_button() -> bytes:
+def one_column_a_button(true: str = "true", false: str = "false") -> bytes:
     """A column for every radio button of every questionnaire; those of other questionnaires are empty."""
     rows = []
     for row in ROWS:
@@ -52,9 +52,22 @@ def one_column_a_button() -> bytes:
                 question = next(one for one in questionnaire.questions if one.field == field)
                 for option in (*question.options, "none"):
                     asked = name == row["Input.questionnaire"] or option == "none"
-                    cells[f"Answer.{field}.{option}"] = str(row[f"Answer.{field}"] == option).lower() if asked else ""
+                    chosen = row[f"Answer.{field}"] == option
+                    cells[f"Answer.{field}.{option}"] = (true if chosen else false) if asked else ""
         rows.append(cells)
     return to_csv(rows)
+
+
+def columns_twice() -> bytes:
+    """As when somebody adds the columns for reviewing again, and a copy of the workers' names."""
+    reader = list(csv.reader(PLAIN.splitlines()))
+    names, *rows = reader
+    worker = names.index("WorkerId")
+    more = [
+        [*names, "Reward", "Reward", "WorkerId"],
+        *([*row, "1", "2" if n else "1", row[worker]] for n, row in enumerate(rows)),
+    ]
+    return "\n".join(map(",".join, more)).encode()
 
 
 @pytest.mark.parametrize(
@@ -70,6 +83,13 @@ def one_column_a_button() -> bytes:
         without_review_cells,
         with_empty_cells_at_the_end,
         one_column_a_button,
+        lambda: one_column_a_button("WAHR", "FALSCH"),
+        lambda: one_column_a_button("on", ""),
+        lambda: one_column_a_button("1", "0"),
+        lambda: one_column_a_button("DOĞRU", "YANLIŞ"),
+        lambda: b"\r\n\r\nsep=;\r\n\r\n" + saved(";", "utf-8"),
+        lambda: saved(";", "utf-8", "sep=;\n") + saved(";", "utf-8", "sep=;\n"),
+        columns_twice,
     ],
 )
 def test_every_dialect_gives_the_votes_of_the_plain_file(batch: Path, make: Callable[[], bytes]) -> None:
@@ -79,6 +99,29 @@ def test_every_dialect_gives_the_votes_of_the_plain_file(batch: Path, make: Call
     done = ingest_results(batch, [batch / "other.csv"], batch / "other")
     assert (done.problems, done.votes) == ([], 12)
     assert set(vote_rows(batch / "other")) == set(vote_rows(batch / "plain"))
+
+
+def test_buttons_that_say_neither_true_nor_false_fail_nobody(batch: Path) -> None:
+    (batch / "r.csv").write_bytes(one_column_a_button("ja", "nein"))
+    with pytest.raises(InputError, match=r"row 2: a button of q01 is '(ja|nein)'; expected true or false"):
+        ingest_results(batch, [batch / "r.csv"], batch / "v.csv")
+    assert not (batch / "v.csv").exists()
+
+
+def test_a_column_twice_that_says_two_things_is_a_problem(batch: Path) -> None:
+    lines = PLAIN.splitlines()
+    more = [f"{lines[0]},WorkerId", *(f"{line},{'w1' if n == 0 else 'x'}" for n, line in enumerate(lines[1:]))]
+    (batch / "r.csv").write_text("\n".join(more))
+    done = ingest_results(batch, [batch / "r.csv"], batch / "v.csv")
+    assert (done.assignments, len(done.problems)) == (1, 3)
+    assert "row 3: WorkerId is there twice, 'x' and 'w2'; expected one of them" in str(done.problems[0])
+
+
+@pytest.mark.parametrize("head", [b"PK\x03\x04", b"\xd0\xcf\x11\xe0\xa1\xb1"])
+def test_a_spreadsheet_of_a_programs_own_is_named(batch: Path, head: bytes) -> None:
+    (batch / "r.xlsx").write_bytes(head + bytes(100))
+    with pytest.raises(InputError, match="a spreadsheet program's own file; expected a table saved as CSV"):
+        ingest_results(batch, [batch / "r.xlsx"], batch / "v.csv")
 
 
 def test_a_row_that_ends_before_its_answers_is_a_problem(batch: Path) -> None:
@@ -107,7 +150,20 @@ def test_a_file_whose_answers_fit_no_question_is_refused(batch: Path, answers: d
     assert not (batch / "v.csv").exists()
 
 
-@pytest.mark.parametrize("cell", ["1.23457E+15", "6,91E+28", "1E-07", "1234567890123450", "#NAME?"])
+@pytest.mark.parametrize(
+    "cell",
+    [
+        "1.23457E+15",
+        "6,91E+28",
+        "1E-07",
+        "1234567890123450",
+        "123456789012345",
+        "#NAME?",
+        "#\u00a1VALOR!",
+        "Err:502",
+        "########",
+    ],
+)
 def test_what_a_spreadsheet_made_of_an_answer_fails_nobody(batch: Path, cell: str) -> None:
     """The questionnaire isn't recorded, so that it is read whole from the file as it was downloaded."""
     (batch / "r.csv").write_bytes(to_csv([{**ROWS[0], "Answer.q02": cell}, ROWS[1]]))

@@ -265,7 +265,10 @@ def test_a_bad_row_is_named_and_the_others_are_kept(batch: Path, change: dict[st
     ("data", "message"),
     [
         (bytes(range(256)) * 20, "no text in UTF-8"),
-        (to_csv(ROWS).replace(b"Answer.q02", b"Answer.q01"), "column Answer.q01 twice; expected each column once"),
+        (
+            to_csv(ROWS).replace(b"Answer.q02", b"Answer.q01"),
+            "row 2: Answer.q01 is there twice, 'Aq02v5' and 'Aq01v5'; expected one of them",
+        ),
         (b"", "no header"),
     ],
 )

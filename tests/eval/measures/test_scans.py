@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from PIL import Image
 
 from eval.measures.evaluation import Settings
 from eval.measures.folders import Folders, evaluate_folders
@@ -44,12 +45,15 @@ LOOKS: dict[str, Callable[[Grey], Grey]] = {
     "pale pencil on grey": lambda ink: noisy(0.75 - 0.3 * ink),
     "black on grey": lambda ink: 0.6 - 0.6 * ink,
     "black on dark grey": lambda ink: noisy(0.4 - 0.35 * ink),
+    "pencil by a window": lambda ink: noisy(0.95 - 0.35 * np.linspace(0, 1, 160) - 0.22 * ink),
+    "pencil under a lamp": lambda ink: noisy(0.95 * np.exp(-(np.linspace(-1, 0.3, 160) ** 2)) - 0.3 * ink),
+    "chalk on an uneven board": lambda ink: noisy(0.15 + 0.25 * np.linspace(0, 1, 120)[:, None] + 0.5 * ink),
 }
 
 
 def measured(folder: Path) -> tuple[list[float], tuple[str, ...]]:
     """F1 of each reference, and the notes."""
-    done = evaluate_folders(Folders({"d": folder / "d"}, folder / "r"), Settings(2.0), lambda _: None)
+    done = evaluate_folders(Folders({"d": folder / "d"}, folder / "r"), Settings(2.0), folder, lambda _: None)
     assert not done.failures
     (evaluation,) = done.comparison.evaluations.values()
     return [score.measures.f1 for score in evaluation.scores], done.notes
@@ -63,6 +67,28 @@ def test_every_look_measures_as_black_on_white_does(tmp_path: Path, look: str, s
     f1, notes = measured(tmp_path)
     assert f1 == [pytest.approx(1.0, abs=0.02)]
     assert not notes
+
+
+def test_the_dark_edge_of_a_scan_does_not_hide_pencil(tmp_path: Path) -> None:
+    """The edge itself is in the picture, and is measured."""
+    page = 0.92 - 0.4 * lines()
+    page[:, :3] = 0.1
+    write(tmp_path / "d" / "a.png", 1 - lines())
+    write(tmp_path / "r" / "a.jpg", page)
+    (f1,), _ = measured(tmp_path)
+    assert f1 > 0.8
+
+
+def test_a_photograph_is_turned_as_the_camera_says(tmp_path: Path) -> None:
+    """Tag 274 of a JPEG is 6 where it has to be turned by 90 degrees clockwise to be seen."""
+    camera = Image.Exif()
+    camera[274] = 6
+    write(tmp_path / "d" / "a.png", 1 - lines())
+    (tmp_path / "r").mkdir()
+    turned = np.rot90(np.rint(255 * (1 - lines())).astype(np.uint8))
+    Image.fromarray(np.ascontiguousarray(turned)).save(tmp_path / "r" / "a.jpg", exif=camera)
+    f1, _ = measured(tmp_path)
+    assert f1 == [pytest.approx(1.0, abs=0.02)]
 
 
 def test_dark_lines_on_white_are_taken_as_they_are(tmp_path: Path) -> None:
@@ -111,3 +137,20 @@ def test_pictures_that_are_hardly_meant_are_noted(tmp_path: Path, capsys: pytest
     notes = json.loads((tmp_path / "out" / "report.json").read_text())["notes"]
     assert len(notes) == 4
     assert all("nothing is left in it without what is near the silhouette" in note for note in notes)
+
+
+def test_areas_and_silhouettes_without_an_outline_are_noted(tmp_path: Path) -> None:
+    """A mask in place of a drawing; masks of zeros and ones, which look all black."""
+    disc = np.hypot(*np.mgrid[-60:60, -80:80]) < 35
+    write(tmp_path / "r" / "a.png", 1.0 - disc)
+    write(tmp_path / "d" / "a.png", 1 - lines())
+    _, notes = measured(tmp_path)
+    assert [note.removeprefix(f"{tmp_path}/") for note in notes] == [
+        "r/a.png: its lines are 45 pixels wide, as areas are; only their middle is measured"
+    ]
+    write(tmp_path / "r" / "a.png", 1 - lines())
+    write(tmp_path / "s" / "a.png", disc / 255)
+    folders = Folders({"d": tmp_path / "d"}, tmp_path / "r", tmp_path / "s")
+    assert evaluate_folders(folders, Settings(2.0), tmp_path, lambda _: None).notes == (
+        "a: its silhouette has no outline; expected a mask or an outline, black on white",
+    )

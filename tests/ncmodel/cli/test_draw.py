@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ncmodel.camera import Camera
-from ncmodel.cli.draw import THUMBNAIL
+from ncmodel.cli.draw_job import THUMBNAIL
 from ncmodel.cli.main import main
 from tests.helpers import analytic
 from tests.helpers.mesh_files import write_obj
@@ -248,3 +248,15 @@ def test_any_file_name_beside_others(name: str, tmp_path: Path, capsys: pytest.C
     *_, last = capsys.readouterr().err.rstrip("\n").split("\n")
     assert last.startswith("ncontours: 1 of 2 meshes failed: ")
     assert last.isprintable()
+
+
+def test_names_that_some_systems_hold_for_the_same(tmp_path: Path) -> None:
+    """Capitals, and an accent beside its letter: none of the drawings replaces another."""
+    names = ["a/st\u00fchl", "a/Stuhl", "b/stuhl", "b/stu\u0308hl"]
+    for name in names:
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        write_obj(tmp_path / f"{name}.obj", analytic.torus(40))
+    meshes = [tmp_path / f"{name}.obj" for name in names]
+    assert run(*meshes, "-o", tmp_path / "out", "--size", "64", "--lines", "contours") == 0
+    written = {path.stem for path in (tmp_path / "out").glob("*.svg")}
+    assert written == {"st\u00fchl", "Stuhl", "stuhl-2", "stu\u0308hl-2"}

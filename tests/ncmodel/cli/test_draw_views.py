@@ -50,6 +50,20 @@ def test_a_view_at_the_command_line(mesh: Path, tmp_path: Path, capsys: pytest.C
     assert "found 'side', expected one of front, back, left, right, top, bottom, iso" in odd
 
 
+def test_a_projection_at_the_command_line(mesh: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    flat = printed(capsys, "draw", mesh, "-o", tmp_path / "a.svg", "--projection", "orthographic", "--json")["camera"]
+    assert flat["projection"] == "orthographic"
+    (tmp_path / "flat.json").write_text(json.dumps(flat))
+    again = printed(capsys, "draw", mesh, "-o", tmp_path / "b.svg", "--camera", tmp_path / "flat.json", "--json")
+    assert again["camera"] == flat
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+    options = ("--camera", tmp_path / "flat.json", "--projection", "perspective", "--json")
+    deep = printed(capsys, "draw", mesh, "-o", tmp_path / "c.svg", *options)["camera"]
+    assert deep["focal_pixels"] == pytest.approx(3.0 * flat["pixels_per_unit"])
+    odd = complaint(capsys, "draw", mesh, "-o", tmp_path / "d.svg", "--projection", "fisheye")
+    assert odd.endswith("--projection: found 'fisheye', expected one of perspective, orthographic")
+
+
 @pytest.mark.parametrize("suffix", ["dxf", "json", "svg"])
 def test_hidden_lines_are_written(suffix: str, mesh: Path, tmp_path: Path) -> None:
     for hidden in ("none", "dashed"):

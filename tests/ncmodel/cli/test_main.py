@@ -222,6 +222,8 @@ def test_a_drawing_loads_no_module_of_another_command(files: Path) -> None:
     assert {name for name in loaded if name.startswith("ncmodel.cli.")} == {
         "ncmodel.cli.common",
         "ncmodel.cli.draw",
+        "ncmodel.cli.draw_job",
+        "ncmodel.cli.draw_options",
         "ncmodel.cli.main",
     }
     assert {name.split(".")[0] for name in loaded} == {"ncmodel"}

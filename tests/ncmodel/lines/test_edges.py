@@ -125,7 +125,7 @@ def test_a_fan_of_faces_and_their_copies_turned_over_is_told_in_time() -> None:
     assert len(surface.boundary_edges) == 0
     assert len(creases) == count
     assert (
-        bent_to(creases.joined(Edges(fan[:, 1:], n)), vertices, surface.rings, np.array([0.0, 0, 5]), 0.7).ends.max()
+        bent_to(creases.joined(Edges(fan[:, 1:], n)), vertices, surface.rings, np.array([0.0, 0, 5, 1]), 0.7).ends.max()
         < count
     )
 

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from ncmodel.camera import Camera
+from ncmodel.drawing.draw import visible_segments
+from ncmodel.lines.ridges import resolved_in_view
 from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
-from ncmodel.types import LineFamily, Mesh
+from ncmodel.types import LineFamily, LineSet, Mesh
 from tests.helpers import analytic
 from tests.helpers.segments import expected_segments, matched, same
 from tests.helpers.views import EYE, bumpy
@@ -54,3 +56,25 @@ def test_lines_stay_when_faces_are_reordered(view: View) -> None:
         assert len(lines) == len(reordered)
         assert len(lines) > 5 or family in (LineFamily.BOUNDARIES, LineFamily.CREASES)
         assert matched(lines.face, lines.points, order[reordered.face], reordered.points, 1e-9) == len(lines)
+
+
+@pytest.mark.parametrize(
+    ("n_dot_v", "told"),
+    [((0.6, 0.9, 0.8), True), ((0.3, 0.6, 0.4), True), ((0.3, 0.61, 0.4), False), ((-0.1, 0.2, 0.1), False)],
+)
+def test_an_apparent_ridge_needs_a_face_over_which_n_dot_v_changes_by_less_than_it_is(
+    n_dot_v: tuple[float, float, float], told: bool
+) -> None:
+    level = np.ones((1, 2))
+    line = LineSet(LineFamily.APPARENT, np.zeros((1, 2, 3)), np.array([1]), level, level)
+    faces = np.array([[0, 0, 0], [1, 2, 0]], dtype=np.uint32)
+    assert len(resolved_in_view(line, faces, np.array(n_dot_v))) == told
+
+
+def test_only_finished_drawings_leave_out_apparent_ridges_on_coarse_faces() -> None:
+    view = View(Surface(Mesh(*bumpy(0.3, 20.0))), Camera(EYE))
+    found = visible_segments(view, LineFamily.APPARENT)
+    finished = visible_segments(view, LineFamily.APPARENT, finished=True)
+    assert 0 < len(finished) < len(found)
+    n_dot_v = view.n_dot_v[view.surface.faces[finished.face]]
+    assert (np.abs(n_dot_v).min(axis=1) >= np.ptp(n_dot_v, axis=1)).all()

@@ -112,7 +112,7 @@ def test_at_the_outline_the_outline_is_drawn_and_not_the_middle_of_the_edge() ->
     lines = crease_lines(surface, 40.0)
     whole = surface.whole
     side = Camera.orbit(whole.mesh.vertices, azimuth=90, elevation=0)
-    seen = lines.seen_from(np.asarray(side.eye), whole.mesh.vertices, whole.faces)
+    seen = lines.seen_from(side.viewpoint, whole.mesh.vertices, whole.faces)
     assert len(seen) - len(lines.sharp) < len(lines.rounded) == 4
     drawing = draw(surface, side)
     upright = [s for s in drawing.strokes if np.ptp(s.points[:, 1]) > 5 * np.ptp(s.points[:, 0])]

@@ -76,6 +76,30 @@ def embedded() -> bytes:
     return as_glb(scene(lambda record: record["buffers"][0].pop("uri")), POSITIONS + INDICES)
 
 
+BINARY_PLY, OFF = as_binary_ply(VERTICES, FACES), as_off(VERTICES, FACES)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "content", "behind", "note"),
+    [
+        (".ply", BINARY_PLY, BINARY_PLY, f"{len(BINARY_PLY)} bytes behind what the header counts are passed over"),
+        (".ply", as_ply(VERTICES, FACES), b"\n7 8\n", "2 numbers behind what the header counts are passed over"),
+        (".ply", BINARY_PLY, b"\r\n\0\x1a", None),
+        (".off", OFF + b"\n", OFF, "10 lines behind the last of 4 faces are passed over"),
+        (".glb", embedded(), embedded(), f"a second file in it, of {len(embedded())} bytes, is passed over"),
+        (".glb", embedded(), bytes(8), None),
+    ],
+)  # fmt: skip
+def test_what_lies_behind_the_data_is_told(
+    suffix: str, content: bytes, behind: bytes, note: str | None, tmp_path: Path
+) -> None:
+    """Two files in one, as a cache that went wrong leaves them, aren't halved without a word."""
+    (tmp_path / f"a{suffix}").write_bytes(content + behind)
+    mesh = load_mesh(tmp_path / f"a{suffix}")
+    assert len(mesh.faces) == 4
+    assert [text for text in mesh.notes if "passed over" in text] == ([note] if note else [])
+
+
 @pytest.mark.parametrize(
     ("suffix", "content"),
     [

@@ -111,6 +111,12 @@ def test_points_of_any_table(name: str, tmp_path: Path) -> None:
     np.testing.assert_array_equal(read_geometry(tmp_path / "a.xyz")[0], POINTS)
 
 
+def test_what_windows_wrote_for_no_number(tmp_path: Path) -> None:
+    (tmp_path / "a.xyz").write_text("1 2 3\n-1.#IND 1.#QNAN0 1.#INF # none\n4 5 6\n7.5 8 9 #end\nnan -nan(ind) nan\n")
+    points = read_geometry(tmp_path / "a.xyz")[0]
+    np.testing.assert_array_equal(points, [[1, 2, 3], [np.nan] * 3, [4, 5, 6], [7.5, 8, 9], [np.nan] * 3])
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

@@ -12,7 +12,7 @@ import pytest
 from ncmodel.errors import InputError
 from ncmodel.images import from_brightness, from_ink, png_bytes, read_grey, shrink
 from ncmodel.report.contact_sheet import Tile, contact_sheet, data_uri
-from ncmodel.report.html import Block, Cell, Facts, Fold, Grid, Section, Table, Text, render, write_report
+from ncmodel.report.html import Block, Cell, Facts, Fold, Grid, Links, Section, Table, Text, render, write_report
 from ncmodel.report.plots import PALETTE, Axis, Plot, Series, bar_plot, line_plot, short_number
 
 EVIL = '<script src="https://example.org/x.js">&\'"'
@@ -33,6 +33,7 @@ def a_report() -> str:
         ),
         Grid([tile, tile], EVIL, columns=8),
         a_plot(),
+        Links([(EVIL, "pages/0001.html")]),
         Fold(EVIL, [Text("inside")]),
     ]
     return render(EVIL, [Section(EVIL, blocks), Section("empty"), Section("last")], EVIL)
@@ -77,7 +78,7 @@ def test_a_report_refers_to_nothing_outside_itself() -> None:
         if key in attributes
     ]
     assert any(link.startswith("data:image/png;base64,") for link in loaded)
-    assert all(link.startswith(("data:", "#")) for link in loaded)
+    assert all(link.startswith(("data:", "#", "pages/")) for link in loaded)
 
 
 def test_every_picture_has_a_text_and_every_identifier_is_used_once() -> None:

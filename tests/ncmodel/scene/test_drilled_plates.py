@@ -67,14 +67,17 @@ def walls(ring: Floats) -> Floats:
 def edges(holes: int, sides: int) -> Floats:
     """(N, 3) points on the edges that such a plate should show, hidden ones included."""
     outline = np.array([(0.0, 0.0), (holes, 0.0), (holes, 1.0), (0.0, 1.0)])
-    share = np.linspace(0, 1, 400)[:, None]
-    lines = []
-    for ring in [outline, *(circle(hole + 0.5, sides) for hole in range(holes))]:
-        for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True):
-            lines += [np.insert(a + share * (b - a), 1, height, axis=1) for height in (0.0, THICKNESS)]
+    rings = np.concatenate([along(ring) for ring in (outline, *(circle(hole + 0.5, sides) for hole in range(holes)))])
+    lines = [np.insert(rings, 1, height, axis=1) for height in (0.0, THICKNESS)]
     for x, z in outline:
-        lines.append(np.column_stack([np.full(400, x), THICKNESS * share, np.full(400, z)]))
+        lines.append(np.column_stack([np.full(400, x), np.linspace(0, THICKNESS, 400), np.full(400, z)]))
     return np.concatenate(lines)
+
+
+def along(ring: Floats) -> Floats:
+    """(N, 2) points on the sides of a polygon."""
+    share = np.linspace(0, 1, 400)[:, None, None]
+    return (ring + share * (np.roll(ring, -1, axis=0) - ring)).reshape(-1, 2)
 
 
 def write(folder: Path, triangles: Floats, suffix: str) -> Path:
@@ -91,7 +94,8 @@ def write(folder: Path, triangles: Floats, suffix: str) -> Path:
 
 @pytest.mark.parametrize("suffix", ["stl", "obj"])
 @pytest.mark.parametrize(
-    ("holes", "sides", "azimuth", "elevation"), [(1, 48, 310, 65), (2, 24, 30, 35), (4, 24, 75, 50)]
+    ("holes", "sides", "azimuth", "elevation"),
+    [(1, 48, 310, 65), (2, 24, 30, 35), (4, 24, 75, 50), (1, 12, 310, 65), (2, 12, 75, 50)],
 )
 def test_a_drilled_plate_is_drawn_as_its_edges(
     tmp_path: Path, suffix: str, holes: int, sides: int, azimuth: float, elevation: float
@@ -111,7 +115,7 @@ def test_a_drilled_plate_is_drawn_as_its_edges(
     ink = drawing.ink() > 0.25
     astray = cv2.distanceTransform(expected, cv2.DIST_L2, 5)[ink]
     assert astray.max() <= 3.0
-    rims = (np.insert(circle(hole + 0.5, 200), 1, THICKNESS, axis=1) for hole in range(holes))
+    rims = (np.insert(along(circle(hole + 0.5, sides)), 1, THICKNESS, axis=1) for hole in range(holes))
     rim = drawing.camera.project((np.concatenate(list(rims)) - [holes / 2, THICKNESS / 2, 0.5]) * scale)[:, :2]
     away = cv2.distanceTransform((~ink).astype(np.uint8), cv2.DIST_L2, 5)
     assert away[rim[:, 1].astype(int), rim[:, 0].astype(int)].max() <= 2.0
