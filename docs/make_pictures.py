@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ncmodel import draw_shape, load_mesh, make_mesh
+from ncmodel import Layout, draw_shape, draw_sheet, load_mesh, make_mesh
 from ncmodel.images import Pixels, from_ink, write_png
 from ncmodel.mesh.weld import weld
 from ncmodel.report.contact_sheet import Tile, contact_sheet
@@ -59,6 +59,12 @@ def main(folder: Path) -> None:
         folder / "views.png",
         [tile(cow, None, f"--azimuth {a:g} --elevation {e:g}", azimuth=a, elevation=e) for a, e in views],
     )
+    write_png(folder / "sheet.png", views_sheet(airplane))
+
+
+def views_sheet(mesh: Mesh) -> Pixels:
+    """What `ncontours draw --views front,top,right,iso --size 800x600` draws."""
+    return few_shades(from_ink(draw_sheet(mesh, Layout(("front", "top", "right", "iso"), size=(800, 600))).ink()))
 
 
 def sample(name: str) -> Path:

@@ -16,6 +16,7 @@ from typing import Any
 _EXPORTS = {
     "Camera": "ncmodel.camera:Camera",
     "Drawing": "ncmodel.drawing.drawing:Drawing",
+    "Layout": "ncmodel.sheets.sheet:Layout",
     "LineFamily": "ncmodel.types:LineFamily",
     "Mesh": "ncmodel.types:Mesh",
     "NeuralContoursError": "ncmodel.errors:NeuralContoursError",
@@ -26,6 +27,7 @@ _EXPORTS = {
     "as_mesh": "ncmodel.mesh.objects:as_mesh",
     # Not `draw`: that is the module's name, and would mean one or the other by what was imported before.
     "draw_shape": "ncmodel.drawing.draw:draw",
+    "draw_sheet": "ncmodel.sheets.sheet:draw_sheet",
     "features": "ncmodel.scene.feature_arrays:features",
     "load_mesh": "ncmodel.mesh.load:load_mesh",
     "load_model": "ncmodel.published.model:load_model",

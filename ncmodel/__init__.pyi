@@ -12,6 +12,8 @@ from ncmodel.published.model import load_model as load_model
 from ncmodel.scene.feature_arrays import features as features
 from ncmodel.scene.surface import Surface as Surface
 from ncmodel.scene.view import View as View
+from ncmodel.sheets.sheet import Layout as Layout
+from ncmodel.sheets.sheet import draw_sheet as draw_sheet
 from ncmodel.types import LineFamily as LineFamily
 from ncmodel.types import Mesh as Mesh
 from ncmodel.types import Stroke as Stroke
@@ -20,6 +22,7 @@ from ncmodel.types import Thresholds as Thresholds
 __all__ = [
     "Camera",
     "Drawing",
+    "Layout",
     "LineFamily",
     "Mesh",
     "NeuralContoursError",
@@ -29,6 +32,7 @@ __all__ = [
     "View",
     "as_mesh",
     "draw_shape",
+    "draw_sheet",
     "features",
     "load_mesh",
     "load_model",

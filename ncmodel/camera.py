@@ -227,7 +227,9 @@ class Camera:
             projection: "perspective" or "orthographic".
         """
         a, e = math.radians(azimuth), math.radians(elevation)
-        direction = (math.cos(e) * math.sin(a), math.sin(e), math.cos(e) * math.cos(a))
+        # Exactly along an axis where that is meant: what is seen edge-on is then so for all faces alike.
+        (ca, sa), (ce, se) = ([0.0 if abs(x) < 1e-15 else x for x in (math.cos(t), math.sin(t))] for t in (a, e))
+        direction = (ce * sa, se, ce * ca)
         eye = tuple(t + distance * d for t, d in zip(target, direction, strict=True))
         up = (0.0, 1.0, 0.0)
         if abs(elevation) > 89.9:
@@ -269,8 +271,22 @@ class Camera:
             raise InputError(path, f"can't be read ({error.strerror})", f"a JSON object {_with_keys(_KEYS)}") from error
         except ValueError as error:
             raise InputError(path, f"not JSON ({error})", f"a JSON object {_with_keys(_KEYS)}") from error
+        return Camera.of_record(path, record)
+
+    @staticmethod
+    def of_record(path: str | Path, record: Any) -> "Camera":
+        """A camera from the object that a camera file holds.
+
+        Args:
+            path: The file to name in error messages.
+            record: What was read.
+
+        Raises:
+            InputError: It has wrong keys or values.
+        """
         if not isinstance(record, dict):
             raise InputError(path, f"found {type(record).__name__}", f"a JSON object {_with_keys(_KEYS)}")
+        record = dict(record)
         projection, expected = record.pop("projection", PERSPECTIVE), _KEYS
         if projection == ORTHOGRAPHIC:
             record.pop("focal_pixels", None)

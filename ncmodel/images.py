@@ -3,6 +3,7 @@
 Pixels are uint8, (H, W) grey or (H, W, 3) RGB, as a PNG file holds them; ink (1 = line) becomes black on white here.
 """
 
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -152,3 +153,11 @@ def _brightness(values: NDArray[np.float32]) -> NDArray[np.float32]:
 
 def _pixels(values: Any) -> Pixels:
     return np.asarray(values, dtype=np.uint8)
+
+
+def letters(size: float) -> Any:
+    """Pillow's font of letters of that size in pixels, the same on every machine: the one that matplotlib ships."""
+    from PIL import ImageFont
+
+    with resources.as_file(resources.files("matplotlib") / "mpl-data/fonts/ttf/DejaVuSans.ttf") as path:
+        return ImageFont.truetype(str(path), size)

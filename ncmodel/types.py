@@ -63,12 +63,14 @@ class Mesh:
         faces: (F, 3) int64 vertex indices, counter-clockwise seen from outside.
         name: What to call the shape in messages and file names.
         notes: What the reader did on the way (normalised, triangulated, reconstructed from points, ...).
+        millimetres: The longest side of its bounding box by the file; None if nothing tells it.
     """
 
     vertices: Floats
     faces: Ints
     name: str = "mesh"
     notes: tuple[str, ...] = ()
+    millimetres: float | None = None
 
     def __post_init__(self) -> None:
         if self.vertices.ndim != 2 or self.vertices.shape[1] != 3:
@@ -294,6 +296,10 @@ class Stroke:
     def group(self) -> str:
         """The layer of a drawing that it belongs to: its family's, or that of all hidden lines."""
         return HIDDEN_GROUP if self.hidden else self.family
+
+    def moved(self, right: float, down: float) -> Self:
+        """The same stroke elsewhere."""
+        return replace(self, points=self.points + (right, down))
 
     def reversed(self) -> Self:
         """The same stroke, drawn from its other end."""

@@ -27,6 +27,23 @@ class DrawOptions:
         str | None,
         typer.Option(help="perspective or orthographic: along parallel lines (default perspective, or the camera's)."),
     ] = None
+    views: Annotated[
+        str | None,
+        typer.Option(help="Such as front,top,right,iso: these views on one sheet, without perspective by default."),
+    ] = None
+    angle: Annotated[
+        str | None, typer.Option(help="third or first: how --views lie on their sheet (default third).")
+    ] = None
+    page: Annotated[
+        str | None,
+        typer.Option(help="A4, letter, A3-landscape, 200x300mm, ...: paper that an .svg, .pdf or .dxf file is for."),
+    ] = None
+    margin: Annotated[
+        str | None, typer.Option(help="Empty along the edges of a --page: 10mm, 0.5in, ... (default 10mm).")
+    ] = None
+    scale: Annotated[
+        str | None, typer.Option(help="Size on a --page to real size, such as 1:2 (default as large as fits).")
+    ] = None
     size: Annotated[str | None, typer.Option(help="N or WxH in pixels (default 768, or the camera's)")] = None
     lines: Annotated[
         str | None,
@@ -54,6 +71,12 @@ class DrawOptions:
     background: Annotated[
         str | None, typer.Option(help="#rrggbb, white, black or transparent (default none; white in a .png)")
     ] = None
+    colors: Annotated[
+        bool, typer.Option("--colors", help="A pure colour for each family, and no fading: for pens and layers.")
+    ] = False
+    curves: Annotated[
+        bool, typer.Option("--curves", help="Smooth curves in place of polylines, in .svg and .pdf files.")
+    ] = False
     sort: Annotated[bool, typer.Option("--sort", help="Order strokes so that a plotter's pen travels little.")] = False
     tolerance: Annotated[
         float | None, typer.Option(help="Pixels that simplified strokes may be off (default the preset's, 0.25)")
@@ -83,6 +106,15 @@ class DrawOptions:
             refuse_beside("--view", {"--camera": self.camera, **turned})
         if self.camera is not None and any(value is not None for value in turned.values()):
             raise UsageError("--camera: found --azimuth or --elevation beside it, expected one or the other")
+        if self.views is not None:
+            refuse_beside("--views", {"--camera": self.camera, "--view": self.view, **turned})
+        if self.page is not None:
+            refuse_beside("--page", {"--size": self.size})
+        alone = {"--angle": (self.angle, self.views, "--views")}
+        alone |= {f"--{name}": (getattr(self, name), self.page, "--page") for name in ("margin", "scale")}
+        for name, (value, other, needed) in alone.items():
+            if value is not None and other is None:
+                raise UsageError(f"{name}: found no {needed} beside it, expected both")
 
     @property
     def angles(self) -> tuple[float | None, float | None]:

@@ -25,7 +25,10 @@ MemoryGb = Annotated[float | None, typer.Option(help="Give up where more memory 
 
 
 def limited(command: Callable[..., None]) -> Callable[..., None]:
-    """A command that is held to its options `seconds` and `memory_gb`, and leaves nothing beside its `output`."""
+    """A command that is held to its options `seconds` and `memory_gb`, and leaves nothing beside its `output`.
+
+    Without an `output` it writes over the file that it draws `again`.
+    """
 
     @functools.wraps(command)
     def held(**options: Any) -> None:
@@ -38,7 +41,7 @@ def limited(command: Callable[..., None]) -> Callable[..., None]:
         if not given.get("memory_gb", 1.0) >= 1.0:
             # Libraries reserve most of that before any work is done.
             raise ArgumentError("memory_gb", f"{given['memory_gb']:g}", "at least 1")
-        output: Path = options["output"]
+        output: Path = options["output"] or options["again"]
         try:
             _held_to(Limits(**{"seconds": math.inf, "memory_gb": math.inf} | given), lambda: command(**options))
         finally:

@@ -31,7 +31,7 @@ class MapsJob:
 
     def run(self, as_json: bool) -> None:
         """Draw and write."""
-        from ncmodel.drawing.drawing import PICTURES, check_output
+        from ncmodel.export.files import PICTURES, check_output
         from ncmodel.published.folder import read_maps
         from ncmodel.published.pictures import draw_maps
 

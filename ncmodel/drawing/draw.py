@@ -21,15 +21,9 @@ from ncmodel.errors import ArgumentError, UsageError
 from ncmodel.export.page import page_scale
 from ncmodel.lines.ridges import resolved_in_view
 from ncmodel.lines.visibility import MESH_EDGES
-from ncmodel.mesh.load import load_mesh, make_mesh
-from ncmodel.mesh.objects import as_mesh
 from ncmodel.scene.creases import split_at_creases
-from ncmodel.scene.orientation import turn_outwards
-from ncmodel.scene.seams import sew_seams
-from ncmodel.scene.stray_parts import stray_parts
+from ncmodel.scene.prepared import hints, surface_of
 from ncmodel.scene.surface import CREASE_ANGLE, Surface
-from ncmodel.scene.terraces import without_terraces
-from ncmodel.scene.upright import looks_z_up
 from ncmodel.scene.view import View
 from ncmodel.tracing import timed
 from ncmodel.types import (
@@ -42,7 +36,6 @@ from ncmodel.types import (
     Stroke,
     Threshold,
     Thresholds,
-    Trace,
 )
 
 SHORTEST_STROKE = 2.5
@@ -131,14 +124,14 @@ def draw(
         MeshError: The file can't be read.
         UsageError: Some argument makes no sense, or thresholds are given together with a model or a variant without.
     """
-    fineness = _fineness(preset, tolerance)
+    fineness = fineness_of(preset, tolerance)
     if thresholds is not None and model is not None:
         raise UsageError("thresholds: found some beside a model, which chooses its own; expected one or the other")
     if variant is not None and model is None:
         raise ArgumentError("variant", repr(variant), "a model beside it, whose branches it tells")
     asked = arguments.plan_of(lines, thresholds, detail, min_length, hidden)
     _check(camera, model, projection, azimuth=azimuth, elevation=elevation, crease_angle=crease_angle)
-    surface = _surface(shape, up, None if camera is None else camera.eye)
+    surface = surface_of(shape, up, None if camera is None else camera.eye)
     if LineFamily.CREASES in asked.families and model is None:
         surface = split_at_creases(surface, crease_angle)
     placed = camera or Camera.orbit(
@@ -149,11 +142,7 @@ def draw(
     plan = asked if model is None else _chosen(model, view, variant, preset, among)
     plan = replace(plan, detail=asked.detail, min_length=asked.min_length, hidden=asked.hidden)
     drawing = draw_view(seen_by(plan, view), plan, fineness)
-    if camera is not None or isinstance(shape, Surface):
-        return drawing
-    with timed(surface.trace, "hints"):
-        sideways = looks_z_up(surface.whole) if up == "y" and not isinstance(shape, Mesh) else ()
-        return replace(drawing, notes=(*drawing.notes, *stray_parts(surface.whole), *sideways))
+    return drawing if camera is not None else replace(drawing, notes=(*drawing.notes, *hints(surface, shape, up)))
 
 
 def seen_by(plan: Plan, view: View) -> View:
@@ -309,7 +298,12 @@ def _check(camera: object, model: object, projection: str, crease_angle: float, 
         raise UsageError(f"crease angle: found {crease_angle}, expected degrees between 0 and 180")
 
 
-def _fineness(preset: str, tolerance: float | None) -> Fineness:
+def fineness_of(preset: str, tolerance: float | None = None) -> Fineness:
+    """How finely a preset draws, with another tolerance if one is given.
+
+    Raises:
+        UsageError: There is no such preset, or the tolerance isn't 0 or more.
+    """
     known = {**PRESETS, "published": BALANCED}
     if preset not in known:
         raise UsageError(f"preset: found {preset!r}, expected one of {', '.join(PRESETS)}")
@@ -333,19 +327,3 @@ def _chosen(model: Chooser, view: View, variant: str | None, preset: str, asked:
     wanted = (f for f in (LineFamily.CREASES, LineFamily.INTERSECTIONS) if f in asked and f not in chosen)
     rims = plan.rims and LineFamily.BOUNDARIES in asked
     return replace(plan, families=(*chosen, *wanted), crumb=0.0, rims=rims)
-
-
-def _surface(shape: Any, up: str, eye: tuple[float, float, float] | None) -> Surface:
-    if up != "y" and isinstance(shape, (Surface, Mesh)):
-        found = f"{up!r} beside a {type(shape).__name__}, which is drawn as it is"
-        raise UsageError(f"up: found {found}, expected what isn't in object space yet")
-    if isinstance(shape, Surface):
-        return shape
-    trace = Trace()
-    if isinstance(shape, Mesh):
-        placed = make_mesh(shape.vertices, shape.faces, shape.name, shape.notes)
-        mesh = placed if eye is None else shape
-    else:
-        with timed(trace, "load"):
-            mesh = load_mesh(shape, up) if isinstance(shape, (str, Path)) else as_mesh(shape, up)
-    return without_terraces(turn_outwards(sew_seams(Surface(mesh, trace)), eye))

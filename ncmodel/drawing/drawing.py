@@ -1,30 +1,22 @@
 """A drawing: strokes on a picture plane, what they show, and how they are written."""
 
 from collections import Counter
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
 from ncmodel.camera import Camera
 from ncmodel.drawing.plan import Plan
-from ncmodel.errors import UsageError
-from ncmodel.export.dxf import dxf
+from ncmodel.export.files import check_output, write_picture
 from ncmodel.export.page import WIDTH, Picture
-from ncmodel.export.pdf import pdf
-from ncmodel.export.png import ink, png
+from ncmodel.export.png import ink
 from ncmodel.export.stroke_data import StrokeData, stroke_data, strokes_json
 from ncmodel.export.svg import svg
-from ncmodel.files import check_writable, write_bytes
+from ncmodel.files import write_bytes
 from ncmodel.types import Image, Stroke, Trace
 
 if TYPE_CHECKING:
     import pandas as pd
-
-PICTURES = (".svg", ".png", ".pdf")
-"""The file formats of pictures."""
-SUFFIXES = (*PICTURES, ".dxf", ".json")
-"""The file formats that a drawing is written in: pictures, lines for CAD, and strokes as data."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +61,15 @@ class Drawing:
         """The drawing as an SVG document; arguments as for `save`."""
         return svg(self.picture(width, background))
 
-    def save(self, path: str | Path, width: float = WIDTH, background: str | None = None) -> None:
+    def save(
+        self,
+        path: str | Path,
+        width: float = WIDTH,
+        background: str | None = None,
+        *,
+        colors: bool = False,
+        curve: float = 0.0,
+    ) -> None:
         """Write an .svg, .png, .pdf, .dxf or .json file; JSON holds the strokes as `strokes_frame` has them.
 
         Args:
@@ -77,18 +77,19 @@ class Drawing:
             width: Line width, in pixels of a picture whose shorter side is 768; lines grow with the picture.
             background: "#rrggbb", "white", "black" or "transparent"; None paints none in vector files, white in PNG.
                 DXF and JSON have none.
+            colors: Whether each family has a pure colour of its own, and no line fades.
+            curve: Pixels that curves in SVG and PDF may stray from the strokes; with 0 these stay polylines.
 
         Raises:
             UsageError: The suffix, the width or the background is something else.
             InputError: There is no such folder.
         """
         check_output(path)
-        picture, suffix = self.picture(width, background), Path(path).suffix.lower()
-        if suffix == ".json":
-            data = strokes_json(self.name, self.strokes, self.camera).encode()
+        picture = self.picture(width, background, colors, curve)
+        if Path(path).suffix.lower() == ".json":
+            write_bytes(path, strokes_json(self.name, self.strokes, self.camera).encode())
         else:
-            data = _WRITERS[suffix](picture)
-        write_bytes(path, data)
+            write_picture(path, picture)
 
     def strokes_frame(self) -> "pd.DataFrame":
         """The strokes as a table, one a row; the columns are the attributes of `StrokeData`."""
@@ -98,9 +99,12 @@ class Drawing:
         rows = stroke_data(self.strokes, self.camera)
         return pd.DataFrame([[getattr(row, name) for name in columns] for row in rows], columns=columns)
 
-    def picture(self, width: float = WIDTH, background: str | None = None) -> Picture:
-        """The strokes with a line width and a background."""
-        return Picture(self.width, self.height, self.strokes, width, background, self.name, self.plan.hidden == "layer")
+    def picture(
+        self, width: float = WIDTH, background: str | None = None, colors: bool = False, curve: float = 0.0
+    ) -> Picture:
+        """The page that is written; arguments as for `save`."""
+        solid = self.plan.hidden == "layer"
+        return Picture(self.width, self.height, self.strokes, width, background, self.name, solid, colors, curve)
 
     def sorted_for_pen(self) -> Self:
         """The same drawing with each group's strokes in an order that keeps the pen's way in the air short."""
@@ -118,28 +122,3 @@ class Drawing:
     def _repr_svg_(self) -> str:
         # On white paper: black lines on a notebook's dark page wouldn't show.
         return self.svg(background="white")
-
-
-_WRITERS: dict[str, Callable[[Picture], bytes]] = {
-    ".svg": lambda picture: svg(picture).encode(),
-    ".png": png,
-    ".pdf": pdf,
-    ".dxf": dxf,
-}
-
-
-def check_output(path: str | Path, suffixes: Sequence[str] = SUFFIXES) -> None:
-    """Raise if no drawing can be written there.
-
-    Args:
-        path: Where to.
-        suffixes: Of the formats that there are for it.
-
-    Raises:
-        UsageError: The suffix is none of `suffixes`.
-        InputError: There is no such folder, or the path is a device.
-    """
-    if Path(path).suffix.lower() not in suffixes:
-        found = f"the suffix is {Path(path).suffix!r}" if Path(path).suffix else "no suffix"
-        raise UsageError(f"{path}: {found}, expected {', '.join(suffixes)}, or an existing folder")
-    check_writable(path)

@@ -5,14 +5,16 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from ncmodel.export.page import Picture
+from ncmodel.export.colours import PURE
+from ncmodel.export.page import MILLIMETRES, Label, Picture
 from ncmodel.types import Floats, Stroke
 
 if TYPE_CHECKING:
     from ezdxf.document import Drawing
+    from ezdxf.layouts.layout import Modelspace
 
-MILLIMETRES = 25.4 / 96.0
-"""Per pixel, which is CSS's 1/96 inch: the same size as in SVG and PDF."""
+CAPITAL = 0.7
+"""Height of capital letters, by which DXF sizes texts, of the size of letters."""
 HIDDEN_LINETYPE = "HIDDEN"
 _INSUNITS_MILLIMETRES = 4
 _PATTERN_THROUGH_VERTICES = 128
@@ -35,6 +37,8 @@ def dxf(picture: Picture) -> bytes:
                 points, closed = _corners(stroke, picture.height)
                 look = {"layer": group, "flags": _PATTERN_THROUGH_VERTICES}
                 space.add_lwpolyline(points.tolist(), close=closed, dxfattribs=look)
+        for label in picture.labels:
+            _add_text(space, label, picture.height)
         space.reset_limits((0.0, 0.0), (picture.width * MILLIMETRES, picture.height * MILLIMETRES))
         text = io.StringIO()
         document.write(text)
@@ -47,6 +51,8 @@ def _add_layer(document: "Drawing", group: str, picture: Picture) -> None:
     wanted = 100.0 * picture.width_of(group) * MILLIMETRES
     weight = min(VALID_DXF_LINEWEIGHTS, key=lambda hundredths: abs(hundredths - wanted))
     layer = document.layers.add(group, lineweight=weight)
+    if picture.colours and group in PURE:
+        layer.rgb = PURE[group]
     dashes = picture.dashes_of(group)
     if dashes is not None:
         dash, space = (length * MILLIMETRES for length in dashes)
@@ -54,7 +60,15 @@ def _add_layer(document: "Drawing", group: str, picture: Picture) -> None:
         layer.dxf.linetype = HIDDEN_LINETYPE
 
 
-def _corners(stroke: Stroke, height: int) -> tuple[Floats, bool]:
+def _add_text(space: "Modelspace", label: Label, height: float) -> None:
+    from ezdxf.enums import TextEntityAlignment
+
+    x, y = label.place
+    text = space.add_text(label.text, height=CAPITAL * label.size * MILLIMETRES)
+    text.set_placement((x * MILLIMETRES, (height - y) * MILLIMETRES), align=TextEntityAlignment.CENTER)
+
+
+def _corners(stroke: Stroke, height: float) -> tuple[Floats, bool]:
     """(n, 2) points in millimetres, and whether they are a closed line, whose first point isn't repeated."""
     points = stroke.points * (MILLIMETRES, -MILLIMETRES) + (0.0, height * MILLIMETRES)
     closed = len(points) > 3 and bool((points[0] == points[-1]).all())

@@ -7,14 +7,15 @@ Programs that know no blending paint the later stroke over the earlier one. Pape
 is asked for; PNG files are black on white then.
 """
 
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ncmodel.errors import ArgumentError
-from ncmodel.types import HIDDEN_GROUP, LineFamily, Stroke
+from ncmodel.export.colours import BLACK, PURE, WHITE, Colour, colour
+from ncmodel.export.tapers import pieces, whole
+from ncmodel.types import HIDDEN_GROUP, Floats, LineFamily, Stroke
 
 WIDTH = 2.5
 """Line width at 768 pixels, unless told otherwise."""
@@ -37,17 +38,17 @@ _GROUPS = (
     "boundaries",
     "contours",
 )
-_WHITE, _BLACK = (255, 255, 255), (0, 0, 0)
-_NAMED = {"white": _WHITE, "black": _BLACK}
+MILLIMETRES = 25.4 / 96.0
+"""Per pixel, which is CSS's 1/96 inch, in all vector files."""
 _LUMA = (0.299, 0.587, 0.114)
 
 
-def page_scale(width: int, height: int) -> float:
+def page_scale(width: float, height: float) -> float:
     """How much larger lengths are than those stated for a picture whose shorter side is `REFERENCE_SIDE`."""
     return min(width, height) / REFERENCE_SIDE
 
 
-def line_width(family: str, width: int, height: int, at_reference: float = WIDTH) -> float:
+def line_width(family: str, width: float, height: float, at_reference: float = WIDTH) -> float:
     """The width of a family's lines in a picture, pixels.
 
     Args:
@@ -67,8 +68,19 @@ def legible_width(width: int, height: int) -> float:
     return max(WIDTH, 1.0 / (min(RELATIVE_WIDTH.values()) * page_scale(width, height)))
 
 
-Colour = tuple[int, int, int]
-"""Red, green and blue in 0..255."""
+@dataclass(frozen=True)
+class Label:
+    """A word on a page.
+
+    Attributes:
+        text: What it says.
+        place: Pixels, the middle of its base line.
+        size: Pixels from line to line.
+    """
+
+    text: str
+    place: tuple[float, float]
+    size: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,26 +88,36 @@ class Picture:
     """Strokes on a page, ready to be written.
 
     Attributes:
-        width: Pixels.
-        height: Pixels.
+        width: Pixels, whole ones if it becomes a PNG.
+        height: Likewise.
         strokes: What is drawn.
         line_width: Pixels, for a picture whose shorter side is `REFERENCE_SIDE`.
         background: "#rrggbb", "white", "black"; None leaves the paper as it is (white, in a PNG) and "transparent" does
             so in a PNG, too.
         title: What is shown.
         solid: Whether hidden lines are solid in vector files, and not dashed.
+        colours: Whether each group has a pure colour of its own, and no line fades.
+        curve: Pixels that curves may stray from the strokes, in SVG and PDF; with 0 these stay polylines.
+        physical: Whether the page has a size on paper, which files tell in units of length.
+        labels: Words on it.
+        record: How it was made, as JSON, for files that keep it; nothing by default.
 
     Raises:
         ArgumentError: The line width isn't a positive number, or the background is none of these.
     """
 
-    width: int
-    height: int
+    width: float
+    height: float
     strokes: Sequence[Stroke]
     line_width: float = WIDTH
     background: str | None = None
     title: str = "drawing"
     solid: bool = False
+    colours: bool = False
+    curve: float = 0.0
+    physical: bool = False
+    labels: tuple[Label, ...] = ()
+    record: str = ""
 
     def __post_init__(self) -> None:
         if not 0.0 < self.line_width < np.inf:
@@ -121,11 +143,26 @@ class Picture:
     @property
     def inks(self) -> tuple[Colour, Colour]:
         """The colours of paper and lines: black on light paper, white on dark paper."""
-        paper = colour(self.background) or _WHITE
-        return paper, _BLACK if np.dot(paper, _LUMA) >= 127.5 else _WHITE
+        paper = colour(self.background) or WHITE
+        return paper, BLACK if np.dot(paper, _LUMA) >= 127.5 else WHITE
+
+    def colour_of(self, group: str) -> Colour:
+        """The colour of a group's strongest lines."""
+        return PURE.get(group, self.inks[1]) if self.colours else self.inks[1]
+
+    def paths(self, group: str, strokes: Sequence[Stroke]) -> Iterator[tuple[Floats, Colour]]:
+        """What vector files paint of a group's strokes: points (n, 2) and their colour."""
+        if self.colours:
+            for points in whole(strokes):
+                yield points, self.colour_of(group)
+        else:
+            for points, opacity in pieces(strokes, self.width_of(group)):
+                # The last piece of a taper may be a point, which shows nothing and has no curve.
+                if len(points) > 1 or not self.curve:
+                    yield points, self.shade(opacity)
 
     def shade(self, opacity: float) -> Colour:
-        """The colour of a line of an opacity in [0, 1]."""
+        """The colour of a line of an opacity in [0, 1], where groups have no colours of their own."""
         paper, line = self.inks
         red, green, blue = (round(p + opacity * (q - p)) for p, q in zip(paper, line, strict=True))
         return red, green, blue
@@ -133,26 +170,10 @@ class Picture:
     @property
     def blending(self) -> str:
         """The blend mode, in CSS, in which the stronger of two shades shows."""
-        return "darken" if self.inks[1] == _BLACK else "lighten"
+        return "darken" if self.inks[1] == BLACK else "lighten"
 
     def groups(self) -> Iterator[tuple[str, list[Stroke]]]:
         """Families that have visible strokes, and hidden lines, with their strokes, in the order of painting."""
         present = {stroke.group for stroke in self.strokes}
         for group in [name for name in _GROUPS if name in present] + sorted(present.difference(_GROUPS)):
             yield group, [stroke for stroke in self.strokes if stroke.group == group]
-
-
-def colour(name: str | None) -> Colour | None:
-    """The colour of that name; None for None and "transparent".
-
-    Raises:
-        ArgumentError: `name` isn't a colour.
-    """
-    if name is None or name == "transparent":
-        return None
-    if name in _NAMED:
-        return _NAMED[name]
-    if isinstance(name, str) and re.fullmatch("#[0-9a-fA-F]{6}", name):
-        value = int(name[1:], 16)
-        return value >> 16, value >> 8 & 255, value & 255
-    raise ArgumentError("background", repr(name), "#rrggbb, white, black or transparent")

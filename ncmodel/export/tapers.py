@@ -33,6 +33,13 @@ def pieces(strokes: Sequence[Stroke], shortest: float) -> Iterator[tuple[Floats,
             yield cut_points[begin:end], float(opacity[n])
 
 
+def whole(strokes: Sequence[Stroke]) -> Iterator[Floats]:
+    """The points (n, 2) of strokes that show, where no line fades."""
+    for stroke in strokes:
+        if stroke.alpha.max() >= FAINTEST:
+            yield stroke.points
+
+
 @kernel
 def _cut(points: Floats, alpha: Floats, first: Ints, step: float, shortest: float) -> tuple[Floats, Floats, Ints]:
     """Polylines cut where their opacity, linear between points, has changed by `step` since the last cut.

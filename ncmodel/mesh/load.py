@@ -69,7 +69,7 @@ def settled(content: Content, name: str, up: str = "y", source: str | Path | Non
     stored = len(vertices)
     if loose:
         vertices, faces = weld(vertices, faces)
-    mesh = make_mesh(vertices, faces, name, tuple(notes), source=source)
+    mesh = make_mesh(vertices, faces, name, tuple(notes), source=source, millimetres=content.millimetres)
     return without_cracks(mesh, stored) if loose else mesh
 
 
@@ -134,6 +134,7 @@ def make_mesh(
     name: str = "mesh",
     notes: tuple[str, ...] = (),
     source: str | Path | None = None,
+    millimetres: float = 1.0,
 ) -> Mesh:
     """A normalised mesh from arrays.
 
@@ -143,6 +144,7 @@ def make_mesh(
         name: The shape's name.
         notes: What was done to it so far.
         source: The file to name in error messages; the shape's name by default.
+        millimetres: In a unit of the coordinates.
 
     Raises:
         MeshError: They aren't arrays of numbers, there are no faces, an index is out of range, a coordinate isn't
@@ -176,10 +178,13 @@ def make_mesh(
         raise MeshError(
             label, f"all faces lie at one point, {points[triangles[0, 0]].tolist()}", "a shape of some size"
         )
-    placed = normalise(points, None if used.all() else points[used])
+    extent_of = points if used.all() else points[used]
+    placed = normalise(points, extent_of)
     if not np.isfinite(placed).all():
         raise MeshError(label, "unreferenced vertices infinitely far from the faces", "a shape of some size")
-    return Mesh(placed, triangles, name, notes)
+    with np.errstate(over="ignore"):
+        longest = float((extent_of.max(axis=0) - extent_of.min(axis=0)).max()) * millimetres
+    return Mesh(placed, triangles, name, notes, longest if 0.0 < longest < np.inf else None)
 
 
 def normalise(vertices: Floats, extent_of: Floats | None = None) -> Floats:

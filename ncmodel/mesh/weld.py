@@ -1,5 +1,7 @@
 """Welding: which points are one, exactly or within a tolerance, and meshes with their vertices merged."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -78,7 +80,7 @@ def without_cracks(mesh: Mesh, stored: int) -> Mesh:
     vertices, faces = weld(mesh.vertices, mesh.faces, rounding(mesh.vertices))
     count = len(vertices)
     note = (f"welded {stored} vertices to {count} at equal positions",) if count < stored else ()
-    return Mesh(vertices, faces, mesh.name, (*mesh.notes, *note))
+    return replace(mesh, vertices=vertices, faces=faces, notes=(*mesh.notes, *note))
 
 
 def _equal(points: Floats) -> Ints:

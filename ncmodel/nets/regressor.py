@@ -171,5 +171,5 @@ def bounded(raw: Tensor, largest: Tensor) -> Tensor:
 
     Small ones stay as they are, and the slope (G / (G + s))^2 is positive everywhere.
     """
-    positive = functional.softplus(raw)
+    positive = functional.softplus(raw.to(largest.dtype))
     return largest * positive / (largest + positive)

@@ -10,9 +10,9 @@ import numpy as np
 import torch
 
 from ncmodel.drawing.arguments import Lines, ThresholdValues, families_of, plan_of
-from ncmodel.drawing.drawing import PICTURES, check_output
 from ncmodel.drawing.plan import Plan
 from ncmodel.errors import UsageError
+from ncmodel.export.files import PICTURES, check_output
 from ncmodel.export.page import WIDTH as LINE_WIDTH
 from ncmodel.export.page import Picture
 from ncmodel.export.pdf import pdf

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ncmodel.readers.content import Content, Geometry, NotAMeshError, joined, placed
+from ncmodel.readers.content import METRE, Content, Geometry, NotAMeshError, joined, placed
 from ncmodel.readers.numbers import numbers
 from ncmodel.readers.triangulate import triangulate
 from ncmodel.readers.xml import parsed
@@ -66,7 +66,7 @@ class _Document:
         if not parts:
             raise NotAMeshError("no faces in its scene")
         notes = (f"{self.bound} skins or morphs are in the pose in which they are bound",) if self.bound else ()
-        return Content(*joined(parts), notes)
+        return Content(*joined(parts), notes, METRE)
 
     def _target(self, element: Element, attribute: str) -> Element:
         """The element of the document that an attribute refers to."""

@@ -19,6 +19,8 @@ _PACKED = {
     b"\x28\xb5\x2f\xfd": "zstd",
     b"7z\xbc\xaf\x27\x1c": "7-Zip",
 }
+METRE = 1000.0
+"""Millimetres."""
 _UTF16_LETTERS = 8
 """So many letters with a zero byte before or behind each are text in UTF-16 without a mark."""
 
@@ -31,11 +33,13 @@ class Content:
         vertices: (V, 3).
         faces: (F, 3); none in a point cloud.
         notes: What a user should know of the file, a sentence each.
+        millimetres: In a unit of its coordinates; files that tell none, as STL and OBJ, count in millimetres.
     """
 
     vertices: Floats
     faces: Ints
     notes: tuple[str, ...] = ()
+    millimetres: float = 1.0
 
 
 class NotAMeshError(ValueError):

@@ -16,7 +16,7 @@ from urllib.parse import unquote, unquote_to_bytes
 import numpy as np
 from numpy.typing import NDArray
 
-from ncmodel.readers.content import Content, Geometry, NotAMeshError, joined, placed
+from ncmodel.readers.content import METRE, Content, Geometry, NotAMeshError, joined, placed
 from ncmodel.types import Floats, Ints
 
 Record = dict[str, Any]
@@ -90,7 +90,7 @@ class _Scene:
             notes.append(f"{len(found) - len(located)} parts without positions are passed over")
         if self.behind:
             notes.append(f"a second file in it, of {self.behind} bytes, is passed over")
-        return Content(*joined(shown), tuple(notes))
+        return Content(*joined(shown), tuple(notes), METRE)
 
     def _placements(self) -> tuple[dict[int, Floats], set[int]]:
         """The (4, 4) transform of each node of the scene, and the nodes that are hidden, as all below them are."""

@@ -3,13 +3,12 @@
 import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib import resources
 from typing import Any
 
 import numpy as np
 
 from ncmodel.errors import printable
-from ncmodel.images import Pixels, png_bytes, shrink
+from ncmodel.images import Pixels, letters, png_bytes, shrink
 
 GAP = 12
 """Pixels between the thumbnails of a contact sheet."""
@@ -55,7 +54,7 @@ def contact_sheet(tiles: Sequence[Tile], columns: int = 8, thumb: int = 192) -> 
     from PIL import Image as Canvas
     from PIL import ImageDraw
 
-    font = _font()
+    font = letters(LABEL_SIZE)
     cell_height = thumb + LABEL_SIZE + 8 + GAP
     rows = max(1, -(-len(tiles) // columns))
     used = max(1, min(columns, len(tiles)))
@@ -79,14 +78,6 @@ def data_uri(pixels: Pixels, max_side: int | None = None) -> str:
     """The picture as a `data:` URI that a page can embed, scaled down to `max_side` if given."""
     small = pixels if max_side is None else shrink(pixels, max_side)
     return "data:image/png;base64," + base64.b64encode(png_bytes(small)).decode("ascii")
-
-
-def _font() -> Any:
-    from PIL import ImageFont
-
-    # The font that matplotlib ships: the same letters on every machine, beyond ASCII too.
-    with resources.as_file(resources.files("matplotlib") / "mpl-data/fonts/ttf/DejaVuSans.ttf") as path:
-        return ImageFont.truetype(str(path), LABEL_SIZE)
 
 
 def _fitting(text: str, font: Any, width: int) -> str:

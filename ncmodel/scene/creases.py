@@ -6,7 +6,7 @@ end at those edges. That suits drawings that show creases, too: where a part end
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from ncmodel.lines.rounded_edges import LEAST_BEND, edge_keys, rounded_edges
 from ncmodel.mesh.union_find import root
 from ncmodel.scene.surface import CREASE_ANGLE, Surface
 from ncmodel.tracing import stage, timed
-from ncmodel.types import FILTERED_FAMILIES, Floats, Ints, LineSet, Mask, Mesh
+from ncmodel.types import FILTERED_FAMILIES, Floats, Ints, LineSet, Mask
 
 CREASE_EDGES = 16
 CREASE_LENGTH = 0.05
@@ -179,7 +179,7 @@ class _Parted(Surface):
     def __init__(
         self, whole: Surface, vertices: Floats, faces: Indices, parted_at: CreaseLines, angle_degrees: float
     ) -> None:
-        mesh = Mesh(vertices, faces.astype(np.int64), whole.mesh.name, whole.mesh.notes)
+        mesh = replace(whole.mesh, vertices=vertices, faces=faces.astype(np.int64))
         super().__init__(mesh, whole.trace, whole.sizing)
         self._whole, self.parted_at, self.angle_degrees = whole, parted_at, angle_degrees
 

@@ -11,6 +11,7 @@ agree is the same for both, `wound_alike`.
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from ncmodel.geometry.normals_areas import Indices, check_columns
 from ncmodel.jit import kernel
 from ncmodel.scene.surface import Surface
 from ncmodel.tracing import timed
-from ncmodel.types import Floats, Ints, Mask, Mesh
+from ncmodel.types import Floats, Ints, Mask
 
 OPEN = 0.1
 """A surface whose openings have more than this share of its area is a sheet."""
@@ -50,7 +51,7 @@ def turn_outwards(surface: Surface, eye: tuple[float, float, float] | None = Non
             return surface
         note = f"turned {int(turned.sum())} faces of {len(faces)} outwards"
         whole = np.where(turned[:, None], mesh.faces[:, ::-1], mesh.faces)
-    return Surface(Mesh(mesh.vertices, whole, mesh.name, (*mesh.notes, note)), surface.trace, surface.sizing)
+    return Surface(replace(mesh, faces=whole, notes=(*mesh.notes, note)), surface.trace, surface.sizing)
 
 
 def _inside_out(vertices: Floats, faces: Indices, shell: Ints, eye: tuple[float, float, float] | None) -> Mask:

@@ -7,6 +7,7 @@ closed shells that touch stay two.
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -96,7 +97,7 @@ def _stitched(surface: Surface, boundary: Edges) -> Mesh:
         notes.append(f"sewed seams: {near} vertices merged with others close by on borders")
     if split:
         notes.append(f"sewed seams: border edges split at {split} vertices that touch them")
-    return Mesh(vertices, faces, mesh.name, (*mesh.notes, *notes)) if notes else mesh
+    return replace(mesh, vertices=vertices, faces=faces, notes=(*mesh.notes, *notes)) if notes else mesh
 
 
 def _merge(vertices: Floats, faces: Ints, meeting: Mask, same: Ints) -> tuple[Floats, Ints, Mask]:

@@ -7,7 +7,7 @@ or go straight on and turn at corners, while those of a slope that was rounded t
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -75,7 +75,7 @@ def without_terraces(surface: Surface) -> Surface:
         count = len(np.unique(levels[mesh.faces[sloping]]))
         note = f"smoothed heights that were rounded to {count} levels, by at most one level"
         vertices = mesh.vertices + moved[:, None] * heights.direction
-    return Surface(Mesh(vertices, mesh.faces, mesh.name, (*mesh.notes, note)), surface.trace, surface.sizing)
+    return Surface(replace(mesh, vertices=vertices, notes=(*mesh.notes, note)), surface.trace, surface.sizing)
 
 
 def _level_heights(mesh: Mesh, rings: Rings) -> Iterator[_Heights]:

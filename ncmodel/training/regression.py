@@ -57,7 +57,7 @@ class ViewLines:
     @property
     def largest(self) -> Tensor:
         """(4,) the largest feature along each family's lines; 0 for none."""
-        return self.features.amax(dim=1) if len(self.pixels) else torch.zeros(len(self.features))
+        return self.features.amax(dim=1) if len(self.pixels) else self.features.new_zeros(len(self.features))
 
     def on(self, device: torch.device) -> "ViewLines":
         """The same on a device."""

@@ -1,5 +1,8 @@
 """Views of small surfaces, and eyes that strain the definitions."""
 
+import math
+from dataclasses import replace
+
 import numpy as np
 
 from ncmodel.camera import Camera
@@ -9,6 +12,8 @@ from ncmodel.types import Floats, Ints, Mesh
 from tests.helpers import analytic
 
 EYE = (1.3, 1.1, 2.4)
+AWAY = 1e6
+"""Of a perspective camera, so far that angles differ by a millionth."""
 
 
 def bumpy(amplitude: float = 0.1, frequency: float = 9.0) -> tuple[Floats, Ints]:
@@ -48,3 +53,13 @@ def eyes(mesh: Mesh) -> dict[str, tuple[float, float, float]]:
 def orbited(vertices: Floats, faces: Ints, side: int) -> View:
     """The surface from the default direction, on a square picture."""
     return View(Surface(Mesh(vertices, faces)), Camera.orbit(vertices, size=(side, side)))
+
+
+def parallel_and_far(mesh: Mesh, size: int = 256) -> tuple[View, View]:
+    """A view of a mesh along parallel lines, and the same with perspective from very far away."""
+    camera = Camera.orbit(mesh.vertices, 35.0, 25.0, size=(size, size), projection="orthographic")
+    away = AWAY / math.hypot(*camera.eye)
+    x, y, z = (away * value for value in camera.eye)
+    far = replace(camera, eye=(x, y, z), projection="perspective", focal_pixels=camera.focal_pixels * AWAY)
+    surface = Surface(mesh)
+    return View(surface, camera), View(surface, far)

@@ -104,6 +104,8 @@ def test_ink_of_exactly_0_and_1_has_a_gradient() -> None:
     (slope,) = torch.autograd.grad(loss, ink)
     assert loss.item() == pytest.approx((2 * -np.log(0.01) + 2 * -np.log(0.99) + np.log(2)) / 5)
     assert slope.sign().tolist() == [-1, 1, 1, -1, 1]
+    with torch.autocast("cpu", torch.bfloat16):
+        assert ink_cross_entropy(ink, target).item() == pytest.approx(loss.item(), rel=1e-6)
     inner = torch.rand(6, dtype=torch.float64, generator=torch.Generator().manual_seed(0), requires_grad=True)
     wanted = torch.rand(6, dtype=torch.float64, generator=torch.Generator().manual_seed(1))
     assert torch.autograd.gradcheck(lambda drawn: ink_cross_entropy(drawn, wanted), inner)

@@ -1,7 +1,6 @@
 """Orthographic views: as perspective ones from very far away, in every stage."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,22 +14,10 @@ from ncmodel.scene.surface import Surface
 from ncmodel.scene.view import View
 from ncmodel.types import Floats, LineFamily, LineSet, Mesh
 from tests.helpers import analytic
-from tests.helpers.views import bumpy
+from tests.helpers.views import bumpy, parallel_and_far
 
-AWAY = 1e6
-"""Of the perspective camera, so far that angles differ by a millionth."""
 SMOOTH = Mesh(*bumpy())
 FLAT = Mesh(*analytic.cube(0.8))
-
-
-def pair(mesh: Mesh, size: int = 256) -> tuple[View, View]:
-    """A view of a mesh along parallel lines, and the same with perspective from very far away."""
-    camera = Camera.orbit(mesh.vertices, 35.0, 25.0, size=(size, size), projection="orthographic")
-    away = AWAY / math.hypot(*camera.eye)
-    x, y, z = (away * value for value in camera.eye)
-    far = replace(camera, eye=(x, y, z), projection="perspective", focal_pixels=camera.focal_pixels * AWAY)
-    surface = Surface(mesh)
-    return View(surface, camera), View(surface, far)
 
 
 def shape_with(family: LineFamily) -> Mesh:
@@ -62,7 +49,7 @@ def agree(one: LineSet, other: LineSet, within: float, share: float = 1.0) -> bo
 
 @pytest.mark.parametrize("family", list(LineFamily))
 def test_lines_are_where_perspective_from_very_far_has_them(family: LineFamily) -> None:
-    here, far = pair(shape_with(family))
+    here, far = parallel_and_far(shape_with(family))
     assert len(here.lines(family)) > 0
     assert agree(here.lines(family), far.lines(family), 1e-4, 0.99)
     assert agree(here.visible(family), far.visible(family), 2e-3, 0.99)
@@ -71,7 +58,7 @@ def test_lines_are_where_perspective_from_very_far_has_them(family: LineFamily) 
 
 
 def test_what_depends_on_the_view_agrees() -> None:
-    here, far = pair(SMOOTH)
+    here, far = parallel_and_far(SMOOTH)
     for name in ("n_dot_v", "kr", "sc_num"):
         assert getattr(here, name) == pytest.approx(getattr(far, name), abs=1e-3), name
     seen = np.abs(here.n_dot_v) > 0.1
@@ -93,7 +80,7 @@ def test_the_view_vector_is_the_same_everywhere() -> None:
 
 
 def test_visible_and_hidden_are_all_lines() -> None:
-    view, _ = pair(SMOOTH)
+    view, _ = parallel_and_far(SMOOTH)
     smooth = Smooth(view.mesh.vertices, view.surface.faces, view.surface.normals)
     lines = view.outlines
     parts = [piece(lines, view.camera, view.surface.scene, smooth) for piece in (visible_pieces, hidden_pieces)]
@@ -117,7 +104,7 @@ def test_only_what_is_before_the_camera_plane_is_seen() -> None:
 
 @pytest.mark.parametrize("mesh", [SMOOTH, FLAT], ids=["smooth", "flat"])
 def test_drawings_agree_with_perspective_from_very_far(mesh: Mesh) -> None:
-    here, far = pair(mesh)
+    here, far = parallel_and_far(mesh)
     one, other = (draw(view.surface, view.camera, hidden="dashed") for view in (here, far))
     assert {s.group for s in one.strokes} == {s.group for s in other.strokes}
     assert np.abs(one.ink() - other.ink()).mean() < 0.1 * one.ink().mean()

@@ -1,5 +1,6 @@
 """The Geometry-Regressor learns the thresholds that drew what people chose; its training goes on where it stopped."""
 
+import pickle
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from ncmodel.nets.checkpoints import load_checkpoint
 from ncmodel.nets.presets import MAPS
 from ncmodel.nets.regressor import GeometryRegressor, MeshGraph
 from ncmodel.training.dataset import ViewImages
-from ncmodel.training.regression import LineBatch, LineImages, RegressorObjective, ViewLines, drawing_loss
+from ncmodel.training.regression import LineBatch, LineImages, LinePart, RegressorObjective, ViewLines, drawing_loss
 from ncmodel.training.train import TrainOptions, TrainReport, run_training
 from tests.helpers.micro_training import MICRO
 from tests.helpers.training_data import add_meshes, make_data
@@ -113,6 +114,17 @@ def test_lines_are_those_of_the_drawing(root: Path) -> None:
     assert 0.0 <= ink.min().item() <= ink.max().item() <= 1.0
     assert images.view_lines(item) is view
     assert bool((view.largest > 0).any())
+
+
+def test_a_worker_loads_the_same(root: Path) -> None:
+    images, part = LineImages(ViewImages(DataFolder(root), (32,))), LinePart(((ITEM, 2),), 32, {})
+    copy = pickle.loads(pickle.dumps(images.for_one_of(2)))
+    assert copy.cache_bytes == images.cache_bytes // 2
+    here, there = part.load(images), part.load(copy)
+    assert torch.equal(here.pictures.maps, there.pictures.maps)
+    assert torch.equal(here.ink[0], there.ink[0])
+    assert torch.equal(here.views[0].features, there.views[0].features)
+    assert torch.equal(here.views[0].graph.neighbours, there.views[0].graph.neighbours)
 
 
 def test_training_makes_a_checkpoint_and_goes_on_to_the_same_bytes(root: Path, tmp_path: Path) -> None:

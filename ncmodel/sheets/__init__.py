@@ -1,0 +1,1 @@
+"""Sheets: views side by side, at a size on paper."""
