@@ -8,6 +8,7 @@ nor are those to the modules at a package's top, which any of its rooms may impo
 
 import ast
 import textwrap
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from graphlib import TopologicalSorter
 from html import escape
@@ -103,11 +104,16 @@ def _reduced(graph: Graph) -> Graph:
 
 
 def _layers(graph: Graph) -> tuple[Rows, Links]:
-    """Rooms in rows, each right below the lowest that imports it; arrows from row to row, passing those between."""
+    """Rooms in rows, below all that import them and as near to these as can be; arrows pass the rows between."""
     row_of = dict.fromkeys(sorted(graph), 0)
     for room in reversed(list(TopologicalSorter(graph).static_order())):
         for other in graph[room]:
             row_of[other] = max(row_of[other], row_of[room] + 1)
+    # What nobody imports stands right on what it imports, or where there is room: the top row would leave the page.
+    for room in sorted(set(row_of) - {other for others in graph.values() for other in others}):
+        counts = Counter(row_of.values())
+        emptiest = min(range(max(row_of.values()) + 1), key=lambda n: counts[n])
+        row_of[room] = min(row_of[other] for other in graph[room]) - 1 if graph[room] else emptiest
     rows: Rows = [[room for room in row_of if row_of[room] == n] for n in range(max(row_of.values()) + 1)]
     links: Links = []
     for room in row_of:
