@@ -8,8 +8,8 @@ import ezdxf
 import numpy as np
 import pytest
 
-from ncmodel.export.dxf import MILLIMETRES, dxf
-from ncmodel.export.page import Picture
+from ncmodel.export.dxf import dxf
+from ncmodel.export.page import MILLIMETRES, Picture
 from ncmodel.types import Stroke
 
 SQUARE = np.array([[10.0, 20.0], [90.0, 20.0], [90.0, 58.0], [10.0, 20.0]])

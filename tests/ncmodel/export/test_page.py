@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from ncmodel.errors import UsageError
-from ncmodel.export.page import Picture, colour
+from ncmodel.export.colours import colour
+from ncmodel.export.page import Picture
 from ncmodel.export.pdf import pdf
 from ncmodel.export.png import ink, png
 from ncmodel.export.svg import svg

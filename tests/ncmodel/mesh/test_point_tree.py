@@ -7,7 +7,7 @@ from ncmodel.types import Floats, Ints
 
 
 def distances(points: Floats, start: Floats, axis: Floats) -> Floats:
-    share = np.clip((points - start) @ axis / max(axis @ axis, 1e-300), 0.0, 1.0)
+    share = np.clip((points - start) @ axis / max(float(axis @ axis), 1e-300), 0.0, 1.0)
     return np.asarray(np.linalg.norm(points - start - share[:, None] * axis, axis=1))
 
 

@@ -165,7 +165,12 @@ def test_a_mesh_of_many_nodes_is_read_once(tmp_path: Path, monkeypatch: pytest.M
 
     read: list[int] = []
     once = gltf._Scene._accessor
-    monkeypatch.setattr(gltf._Scene, "_accessor", lambda self, index: (read.append(index), once(self, index))[1])
+
+    def noted(self: gltf._Scene, index: int) -> Any:
+        read.append(index)
+        return once(self, index)
+
+    monkeypatch.setattr(gltf._Scene, "_accessor", noted)
     vertices, faces = read_geometry(written(tmp_path, scene(changes)))
     assert read == [0, 1]
     np.testing.assert_array_equal(vertices, np.concatenate([VERTICES + [n, 0, 0] for n in range(50)]))

@@ -56,7 +56,7 @@ def test_many_corners_are_looked_at_by_few_ears() -> None:
         star = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
         tree, taken = corner_tree(star), np.zeros(1, np.int64)
         for n in range(1, count - 1, count // 100):
-            assert corners_within(tree, star, *star[n - 1 : n + 2], 0.0, taken) == (n % 2 == 0)
+            assert corners_within(tree, star, star[n - 1], star[n], star[n + 1], 0.0, taken) == (n % 2 == 0)
         looks.append(int(taken[0]))
     assert looks[1] < 3 * looks[0]
 
