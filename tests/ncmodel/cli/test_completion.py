@@ -24,7 +24,7 @@ def complete(words: str) -> list[str]:
         ("ncontours cro", ["crowd"]),
         ("ncontours crowd st", ["study"]),
         ("ncontours crowd study build --dr", ["--drawing-side"]),
-        ("ncontours d", ["dataset", "demo", "draw"]),
+        ("ncontours d", ["dataset", "decision-tree", "demo", "draw"]),
     ],
 )
 def test_the_shell_completes_commands_and_options(words: str, offered: list[str]) -> None:

@@ -224,6 +224,7 @@ def test_a_drawing_loads_no_module_of_another_command(files: Path) -> None:
         "ncmodel.cli.draw",
         "ncmodel.cli.draw_job",
         "ncmodel.cli.draw_options",
+        "ncmodel.cli.limited",
         "ncmodel.cli.provenance",
         "ncmodel.cli.main",
     }
