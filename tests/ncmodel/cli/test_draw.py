@@ -75,13 +75,13 @@ def test_camera_file_and_size(mesh: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("suffix", ["svg", "png", "pdf"])
 def test_less_detail_draws_less(suffix: str, mesh: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    lengths, whole = [], tmp_path / f"whole.{suffix}"
-    assert run(mesh, "-o", whole) == 0
-    for options in (("--detail", "0"), ("--detail", "0.4"), ("--min-length", "300"), ("--detail", "1")):
-        assert run(mesh, "-o", tmp_path / f"a.{suffix}", *options, "--json") == 0
+    lengths, whole, lines = [], tmp_path / f"whole.{suffix}", ("--lines", "contours,apparent")
+    assert run(mesh, "-o", whole, *lines) == 0
+    for options in (("--detail", "0"), ("--detail", "0.4"), ("--min-length", "40"), ("--detail", "1")):
+        assert run(mesh, "-o", tmp_path / f"a.{suffix}", *lines, *options, "--json") == 0
         record = json.loads(capsys.readouterr().out)
         assert record[options[0][2:].replace("-", "_")] == float(options[1])
-        assert run(mesh, "-o", tmp_path / "a.json", *options) == 0
+        assert run(mesh, "-o", tmp_path / "a.json", *lines, *options) == 0
         drawn = json.loads((tmp_path / "a.json").read_text(encoding="utf-8"))
         steps = [np.diff(np.array(stroke["points"])[:, :2], axis=0) for stroke in drawn["strokes"]]
         lengths.append(float(np.linalg.norm(np.concatenate(steps), axis=1).sum()))
