@@ -9,6 +9,7 @@ from typing import Self
 import numpy as np
 
 from ncmodel.jit import kernel
+from ncmodel.lines.line_ends import boxes
 from ncmodel.types import Floats, Ints, Mask, Stroke
 
 
@@ -79,22 +80,26 @@ class Packed:
 def _met(ends: Floats, chosen: Ints, points: Floats, steps: Floats, first: Ints, pixels: float, after: float) -> Mask:
     """(n,) which of the chosen ones of the (2C, 2) ends of strokes are within some pixels of another stroke."""
     found = np.zeros(len(chosen), np.bool_)
-    travelled = np.cumsum(steps)
+    travelled, box = np.cumsum(steps), boxes(points, first, pixels)
     for k in range(len(chosen)):
         own = chosen[k] // 2
         u, v = ends[chosen[k], 0], ends[chosen[k], 1]
         low, high = travelled[first[own]] + after, travelled[first[own + 1] - 1] - after
-        for n in range(1, len(points)):
-            # The nearer end of a segment of its own stroke is so far from this end.
-            other = n < first[own] or n >= first[own + 1]
-            back = travelled[n - 1] >= low if chosen[k] % 2 == 0 else travelled[n] <= high
-            if steps[n] > 0.0 and (other or back):
-                dx, dy = points[n, 0] - points[n - 1, 0], points[n, 1] - points[n - 1, 1]
-                x, y = u - points[n - 1, 0], v - points[n - 1, 1]
-                share = min(max((x * dx + y * dy) / (steps[n] * steps[n]), 0.0), 1.0)
-                if math.hypot(x - share * dx, y - share * dy) <= pixels:
-                    found[k] = True
-                    break
+        for c in range(len(box)):
+            if u < box[c, 0] or v < box[c, 1] or u > box[c, 2] or v > box[c, 3]:
+                continue
+            for n in range(first[c] + 1, first[c + 1]):
+                # The nearer end of a segment of its own stroke is so far from this end.
+                back = travelled[n - 1] >= low if chosen[k] % 2 == 0 else travelled[n] <= high
+                if steps[n] > 0.0 and (c != own or back):
+                    dx, dy = points[n, 0] - points[n - 1, 0], points[n, 1] - points[n - 1, 1]
+                    x, y = u - points[n - 1, 0], v - points[n - 1, 1]
+                    share = min(max((x * dx + y * dy) / (steps[n] * steps[n]), 0.0), 1.0)
+                    if math.hypot(x - share * dx, y - share * dy) <= pixels:
+                        found[k] = True
+                        break
+            if found[k]:
+                break
     return found
 
 

@@ -18,6 +18,16 @@ CROSSWISE = 0.3
 
 
 @kernel
+def boxes(points: Floats, first: Ints, margin: float) -> Floats:
+    """(C, 4) left, top, right and bottom of each stroke, with a margin; what lies outside is near no point of it."""
+    found = np.empty((len(first) - 1, 4))
+    for c in range(len(found)):
+        x, y = points[first[c] : first[c + 1], 0], points[first[c] : first[c + 1], 1]
+        found[c] = x.min() - margin, y.min() - margin, x.max() + margin, y.max() + margin
+    return found
+
+
+@kernel
 def inside(points: Floats, steps: Floats, first: Ints, reach: float) -> Floats:
     """(2C, 2) the points that lie some pixels from both ends of each stroke, or at its other end."""
     found = np.empty((2 * (len(first) - 1), 2))
@@ -86,6 +96,8 @@ def crossings(
         for n in range(m + 1, len(free)):
             j = free[n]
             x, y = point[j, 0] - point[i, 0], point[j, 1] - point[i, 1]
+            if max(abs(x), abs(y)) > 2.0 * pixels:
+                continue
             across = way[i, 0] * way[j, 1] - way[i, 1] * way[j, 0]
             if i // 2 == j // 2 or math.hypot(x, y) > 2.0 * pixels or abs(across) < CROSSWISE:
                 continue
@@ -108,12 +120,14 @@ def ahead_of(
 ) -> tuple[Ints, Floats]:
     """The free ends that meet another stroke, or its end, if they go on: (n,) and where: (n, 3)."""
     end, place = [np.int64(0) for _ in range(0)], [0.0 for _ in range(0)]
+    box = boxes(points, first, pixels)
     for i in free:
         nearest, at = min(pixels, length[i]), (0.0, 0.0, 0.0)
         u, v = way[i, 0], way[i, 1]
         found = False
         for c in range(len(first) - 1):
-            if c == i // 2:
+            x, y = point[i, 0], point[i, 1]
+            if c == i // 2 or x < box[c, 0] or y < box[c, 1] or x > box[c, 2] or y > box[c, 3]:
                 continue
             for n in (first[c], first[c + 1] - 1):
                 x, y = points[n, 0] - point[i, 0], points[n, 1] - point[i, 1]
